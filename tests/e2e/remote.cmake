@@ -6,6 +6,7 @@ if(COMMAND fire3dv_e2e_test)  # of programs.cmake
                      PROGRAMS fire3dv e2e_publisher fire3dv-impair fire3dv-motion CASES ${case})
     set_tests_properties(networks_${case} PROPERTIES SKIP_RETURN_CODE 77)
   endforeach()
+  fire3dv_e2e_test(whole_frames SCRIPT links/whole_frames_test.py PROGRAMS fire3dv-impair fire3dv-motion fire3dv-record)
 endif()
 if(TARGET fire3dv AND TARGET bullet_arm)
   add_test(NAME remote_example

@@ -48,6 +48,28 @@ Input round_of(size_t bytes) {
   return input;
 }
 
+// Frames of 1, 3 and 70 parts with two rows of parity. The second part is lost.
+void append_parity(Input& input, Session& session) {
+  uint64_t frame = 1;
+  for (const uint32_t parts : {1u, 3u, 70u}) {
+    ++frame;
+    const uint32_t groups = parity_groups(parts);
+    Session::Buffer datagram{};
+    for (uint32_t part = 0; part < parts; ++part) {
+      session.start(datagram, Type::pose);
+      write_pose_header(datagram.data() + kHeaderBytes,
+                        {frame, static_cast<uint16_t>(part), part + 1 == parts});
+      if (part != 1) append(input, std::span(datagram).first(kHeaderBytes + kPoseHeaderBytes + 9));
+    }
+    for (uint32_t i = 0; i < 2 * groups; ++i) {
+      session.start(datagram, Type::parity);
+      write_parity_header(datagram.data() + kHeaderBytes, {frame, parts, static_cast<uint16_t>(i % groups),
+                                                           static_cast<uint8_t>(i / groups)});
+      append(input, std::span(datagram).first(kHeaderBytes + kParityHeaderBytes + 11));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Input> seeds() {
@@ -65,6 +87,7 @@ std::vector<Input> seeds() {
     session.start(pose, Type::pose);
     write_pose_header(pose.data() + kHeaderBytes, {1, 0, true});
     append(input, std::span(pose).first(kHeaderBytes + kPoseHeaderBytes + 40));
+    append_parity(input, session);
     Session::Buffer ack{};
     session.start(ack, Type::ack);
     write_ack(ack.data() + kHeaderBytes, {1, 2, {5, 0, 0, 0}});
@@ -94,6 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const ControlSender::Prepared large = ControlSender::prepare(std::vector<std::byte>(100'000));
   session.sender().push(large, SIZE_MAX);
   FrameTracker frames;
+  ParityReceiver parity;
   CarouselReceiver group(kFragmentBytes);
   int64_t now = 1;
   while (size >= 2) {
@@ -118,6 +142,18 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     PoseHeader pose;
     if (header.type == Type::pose && read_pose_header(payload, pose)) {
       (void)frames.part(pose.frame, pose.part, pose.last);
+      parity.add_part(pose.frame, pose.part, pose.last, payload.subspan(kPoseHeaderBytes));
+    } else if (header.type == Type::parity) {
+      (void)parity.add_parity(payload);
+    }
+    for (const auto& restored : parity.take_restored()) {
+      FIRE3DV_ASSERT(!restored.message.empty() && restored.message.size() <= kMaxDatagramBytes);
+      FIRE3DV_ASSERT(parity.has_part(restored.frame, restored.part));
+      (void)frames.part(restored.frame, restored.part, restored.is_last);
+    }
+    FIRE3DV_ASSERT(parity.memory_bytes() <= ParityReceiver::kMaxBytes);
+    if (header.type == Type::pose || header.type == Type::parity) {
+      if (now % 7 == 0) parity.close_up_to(frames.newest_whole());
       continue;
     }
     GroupOffer offer;

@@ -57,8 +57,7 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   if (!taken.ok()) return taken;
   epoch = description.epoch;
   node_count = static_cast<uint32_t>(description.node_names.size());
-  max_pose_message_bytes = link->max_pose_message_bytes();
-  poses_per_part = wire::poses_per_part(max_pose_message_bytes);
+  fit_parts_to_link();
   sequence = 0;
   last_sim_time_ns = 0;
   acked_sequence = 0;
@@ -70,6 +69,14 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   has_cached_poses = false;
   if (auto sent = resend_edits(); !sent) return sent;
   return images.restart_epoch(*link, epoch);
+}
+
+// A UDP link shortens its datagrams on a path that does not carry longer ones.
+void fire3dv_stream::fit_parts_to_link() {
+  const size_t most = link->max_pose_message_bytes();
+  if (most == max_pose_message_bytes) return;
+  max_pose_message_bytes = most;
+  poses_per_part = wire::poses_per_part(most);
 }
 
 // A new epoch starts without edits on the link, so all stored edits are sent again under it.
@@ -98,6 +105,7 @@ fire3dv::Result<void> fire3dv_stream::send_edit(wire::EditStore::Prepared prepar
 void fire3dv_stream::publish(int64_t sim_time_ns, uint32_t flags,
                              std::span<const wire::Affine3x4> stream_from_body) {
   wire::PoseFrameView frame;
+  fit_parts_to_link();
   const uint64_t now_ns = fire3dv::client::monotonic_now_ns();
   frame.header = {epoch, ++sequence, sim_time_ns, now_ns, scene_version, flags};
   last_sim_time_ns = sim_time_ns;
@@ -219,6 +227,7 @@ void fire3dv_stream::publish_some(int64_t sim_time_ns, uint32_t flags, std::span
   const wire::Bytes partial = wire::encode(frame);
   frame.node_indices = {};
   whole.clear();
+  fit_parts_to_link();
   const size_t parts = std::max<size_t>(1, (cached_poses.size() + poses_per_part - 1) / poses_per_part);
   part_encoders.resize(std::max(parts, part_encoders.size()));
   for (size_t part = 0; part < parts; ++part) {

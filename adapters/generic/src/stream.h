@@ -133,6 +133,7 @@ struct fire3dv_stream {
   std::vector<std::string> advice;
 
   // Replaces the description and starts a new epoch. On error the old description stays in force.
+  void fit_parts_to_link();
   fire3dv::Result<void> describe(fire3dv::wire::StreamDescription description);
   // Sends one frame, split into parts where the link needs them. Neither waits nor allocates after the first
   // frame.

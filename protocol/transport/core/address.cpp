@@ -20,6 +20,7 @@ constexpr size_t kMaxUriBytes = 512;  // a host name has at most 253 bytes
 constexpr size_t kMaxShmNameBytes = 64;
 constexpr size_t kMaxInterfaceBytes = 15;  // limit of Linux
 constexpr uint16_t kLeastMtu = 576, kMaxMtu = 9000;
+constexpr uint8_t kMaxParityPercent = 200;
 
 // Sanitises a URI for messages: it may come from a peer's file.
 std::string printable(std::string_view text) {
@@ -74,8 +75,18 @@ bool is_interface_char(char c) {
   return is_host_char(c) || c == '@' || c == ':';
 }
 
+// Parses "auto", "off" or a percentage.
+bool parse_parity(std::string_view text, std::optional<uint8_t>& percent) {
+  uint8_t number = 0;
+  if (text != "auto" && text != "off" && !parse_number<uint8_t>(text, 1, kMaxParityPercent, number))
+    return false;
+  if (text != "auto") percent = number;
+  return true;
+}
+
 // Parses "mtu=1400&ttl=2"; each option at most once.
 Result<void> parse_options(std::string_view text, std::string_view options, Uri& uri) {
+  bool has_parity = false;
   while (true) {
     const size_t end = options.find('&');
     const std::string_view option = options.substr(0, end);
@@ -86,6 +97,10 @@ Result<void> parse_options(std::string_view text, std::string_view options, Uri&
     if (name == "mtu" && uri.mtu == 0) {
       if (!parse_number(value, kLeastMtu, kMaxMtu, uri.mtu))
         return bad_uri(text, "mtu is not a number from 576 to 9000");
+    } else if (name == "parity" && !has_parity) {
+      has_parity = true;
+      if (!parse_parity(value, uri.parity_percent))
+        return bad_uri(text, "parity is neither auto, nor off, nor a number of percent from 1 to 200");
     } else if (name == "ttl" && uri.ttl == 0) {
       if (!parse_number<uint8_t>(value, 1, 255, uri.ttl))
         return bad_uri(text, "ttl is not a number from 1 to 255");
@@ -94,8 +109,9 @@ Result<void> parse_options(std::string_view text, std::string_view options, Uri&
         return bad_uri(text, "the interface has a name that no interface has");
       uri.interface = value;
     } else {
-      return bad_uri(text, "the option '" + printable(name) +
-                               "' is not known or stands there twice (udp:// has mtu, ttl and interface)");
+      return bad_uri(text,
+                     "the option '" + printable(name) +
+                         "' is not known or stands there twice (udp:// has mtu, parity, ttl and interface)");
     }
     if (end == std::string_view::npos) return {};
     options.remove_prefix(end + 1);
@@ -260,6 +276,8 @@ std::string uri_text(const Uri& uri) {
     text += std::exchange(before, '&') + std::string(name) + "=" + value;
   };
   if (uri.mtu != 0) option("mtu", std::to_string(uri.mtu));
+  if (uri.parity_percent)
+    option("parity", *uri.parity_percent == 0 ? "off" : std::to_string(*uri.parity_percent));
   if (uri.ttl != 0) option("ttl", std::to_string(uri.ttl));
   if (!uri.interface.empty()) option("interface", uri.interface);
   return text;

@@ -19,7 +19,7 @@
 namespace fire3dv::transport {
 
 // Link URIs: shm://NAME, tcp://HOST:PORT, tls://HOST:PORT, udp://HOST:PORT (IPv6 hosts in brackets). udp://
-// accepts options: udp://HOST:PORT?mtu=8952&ttl=4&interface=eth0.
+// accepts options: udp://HOST:PORT?mtu=8952&parity=20&ttl=4&interface=eth0.
 struct Uri {
   enum class Scheme { shm, tcp, tls, udp };
   Scheme scheme = Scheme::shm;
@@ -28,7 +28,9 @@ struct Uri {
   uint16_t port = 0;  // other schemes: 0 lets a listener choose
 
   // udp only; 0 or empty: not given.
-  uint16_t mtu = 0;       // maximum datagram size in bytes
+  uint16_t mtu = 0;  // maximum datagram size in bytes
+  // Parity datagrams in percent of the pose datagrams, 0: none. Nothing: as the measured loss demands.
+  std::optional<uint8_t> parity_percent;
   uint8_t ttl = 0;        // multicast: time to live
   std::string interface;  // multicast: interface name
   bool operator==(const Uri&) const = default;

@@ -120,6 +120,14 @@ class NetworkListener : public ListenerLink {
     charge = std::move(*taken);
     return {};
   }
+  // Same for memory that a peer can do without: it is freed if it exceeds the budget.
+  template <typename Memory>
+  static void charge_or_clear(BudgetCharge& charge, const std::shared_ptr<PeerBudget>& budget,
+                              Memory& memory) {
+    if (charge_in_steps(charge, budget, memory.memory_bytes())) return;
+    memory.clear();
+    charge.release();
+  }
   // Reason for disconnecting a peer whose message the inbox refused.
   std::string refusal_text(PeerId peer, Cause cause) const {
     if (cause == Cause::unread) return "it sent more control messages than were read";

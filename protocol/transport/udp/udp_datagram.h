@@ -41,10 +41,11 @@ enum class Type : uint8_t {
   pong = 9,        // answer to ping
   bye = 10,        // either side: end of the session
   reset = 11,      // listener: unknown session
-  have = 12,       // listener: newest complete frame
+  have = 12,       // listener: newest complete frame, and receipt of datagrams
   state = 13,      // publisher: one fragment of a bundle of keyed states
   state_ack = 14,  // listener: received fragments of a bundle
   group = 15,      // publisher to a multicast group: available control messages
+  parity = 16,     // publisher: parity of one group of parts of a frame
 };
 
 enum class Refusal : uint16_t { version_mismatch = 1, full = 2, bad_key = 3, datagram_bytes = 4 };

@@ -26,6 +26,8 @@ namespace {
 constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr size_t kMaxPeerControlBytes = 4 << 20;
+constexpr int64_t kMuteNs = 4 * kSecondNs;
+constexpr int64_t kReceiptEveryNs = 100 * kMillisecondNs;
 
 struct Peer {
   PeerId id = 0;
@@ -33,12 +35,27 @@ struct Peer {
   Address address;
   Session session;
   std::vector<std::byte> accept;  // plaintext answer, repeated if it was lost
-  FrameTracker frames;
+  ReceivedPoses poses;
   uint64_t acknowledged_frame = 0;  // newest whole frame sent in a `have` message
+  Receipt reported;                 // receipt of the last `have` message
+  int64_t reported_at_ns = 0;
+  bool has_poses = false;  // pose datagrams were received
+  bool is_mute_noted = false;
+  uint64_t late_records = 0;  // outside the replay window of DTLS
   int64_t connected_at_ns = 0;
   int64_t last_message_ns = 0;  // arrival of the last pose or fragment of a control message
   std::shared_ptr<PeerBudget> budget;
-  BudgetCharge pieces;  // fragments of incomplete control messages
+  BudgetCharge pieces, parity;  // fragments of incomplete control messages; parts and parity of frames
+
+  // A pose, or a fragment of a control message.
+  bool has_any_message() const { return last_message_ns != connected_at_ns; }
+  // A report of received datagrams is due: soon after a loss, else in intervals, while datagrams come.
+  bool owes_receipt(int64_t now_ns) const {
+    const Receipt& now = session.receipt();
+    const bool has_lost = now.newest - now.received != reported.newest - reported.received;
+    return has_poses && now.received != reported.received &&
+           (has_lost || now_ns - reported_at_ns >= kReceiptEveryNs);
+  }
 };
 
 class UdpListener final : public NetworkListener {
@@ -50,7 +67,8 @@ class UdpListener final : public NetworkListener {
         key_(std::move(key)),
         acceptor_(key_ ? std::make_unique<Acceptor>(key_, size_t{2} * options.max_peers, acceptor_events())
                        : nullptr),
-        max_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes) {}
+        max_datagram_bytes_(uri.mtu != 0 ? uri.mtu : kMaxDatagramBytes),
+        wants_parity_(uri.parity_percent != 0) {}
   Result<void> start();
   ~UdpListener() override { thread_.stop(); }
 
@@ -65,6 +83,9 @@ class UdpListener final : public NetworkListener {
   void handle_payload(uint64_t session, Peer& peer, Session::Received received, Type type,
                       std::span<const std::byte> payload, int64_t now_ns);
   void reset(const Address& to, uint64_t session);
+  void note_black_hole(Peer& peer, int64_t now_ns);
+  void note_shorter_datagrams(const Peer& newcomer);
+  void note_late_records(Peer& peer);
 
   void hello(const Address& from, const Header& header, std::span<const std::byte> datagram, int64_t now_ns);
   // Returns false if the record does not belong to the pending session.
@@ -92,6 +113,7 @@ class UdpListener final : public NetworkListener {
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
   const std::unique_ptr<Acceptor> acceptor_;       // null: unsealed; used on the listener's thread only
   const size_t max_datagram_bytes_;
+  const bool wants_parity_;  // false: reports no receipts, so that publishers send none
 
   std::mutex outgoing_mutex_;
   std::vector<std::pair<PeerId, ControlSender::Prepared>> outgoing_;
@@ -155,15 +177,59 @@ void UdpListener::tick(int64_t now_ns) {
       continue;
     }
     emit_due(peer, now_ns);
-    if (peer.frames.newest_whole() == peer.acknowledged_frame) continue;
-    peer.acknowledged_frame = peer.frames.newest_whole();
-    peer.session.emit_number(Type::have, peer.acknowledged_frame,
-                             [&, &to = peer.address](auto datagram) { send_to(to, datagram); });
+    note_black_hole(peer, now_ns);
+    const bool owes_receipt = wants_parity_ && peer.owes_receipt(now_ns);
+    if (peer.poses.frames.newest_whole() == peer.acknowledged_frame && !owes_receipt) continue;
+    peer.acknowledged_frame = peer.poses.frames.newest_whole();
+    peer.reported = peer.session.receipt();
+    peer.reported_at_ns = now_ns;
+    const auto emit = [&, &to = peer.address](auto datagram) { send_to(to, datagram); };
+    if (wants_parity_)
+      peer.session.emit_have(peer.acknowledged_frame, emit);
+    else
+      peer.session.emit_number(Type::have, peer.acknowledged_frame, emit);
   }
   for (const uint64_t session : silent) {
     counters_.reject(Cause::silent);
     end(session, "nothing came from it for 10 seconds");
   }
+}
+
+// A publisher of an older version, which does not look for shorter datagrams itself.
+void UdpListener::note_black_hole(Peer& peer, int64_t now_ns) {
+  if (peer.is_mute_noted || peer.has_any_message() || now_ns - peer.connected_at_ns < kMuteNs) return;
+  peer.is_mute_noted = true;
+  if (peer.session.receipt().received == 0) return;
+  const std::string bytes = std::to_string(peer.session.datagram_bytes());
+  inbox_.note({}, "mute publisher",
+              "a publisher at " + peer.address.text() +
+                  " answers, and nothing of its description arrives: its " + "datagrams of " + bytes +
+                  " bytes are lost on the way; use ?mtu=576 there, or tcp://");
+}
+
+void UdpListener::note_shorter_datagrams(const Peer& newcomer) {
+  const size_t bytes = newcomer.session.datagram_bytes();
+  for (const auto& [session, peer] : peers_) {
+    if (!peer.address.is_same_host(newcomer.address) || peer.has_any_message() ||
+        peer.session.datagram_bytes() <= bytes)
+      continue;
+    inbox_.note({}, "shorter datagrams " + std::to_string(bytes),
+                "datagrams of " + std::to_string(peer.session.datagram_bytes()) + " bytes from " +
+                    newcomer.address.text() + " are lost on the way; its publisher goes on with " +
+                    std::to_string(bytes) + " (?mtu=" + std::to_string(bytes) +
+                    " in its URI begins with them)");
+    return end(session, "the publisher was restarted");
+  }
+}
+
+// OpenSSL's window cannot be widened: jitter that lets more records pass loses the late ones.
+void UdpListener::note_late_records(Peer& peer) {
+  constexpr uint64_t kMany = 64;
+  if (++peer.late_records != kMany) return;
+  inbox_.note({}, "late records",
+              "sealed datagrams from " + peer.address.text() + " come after " +
+                  std::to_string(kRecordWindow) +
+                  " newer ones, and are lost for it; use tls://, or fewer and longer datagrams (?mtu=)");
 }
 
 void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
@@ -221,6 +287,7 @@ void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagr
     Type type{};
     std::span<const std::byte> payload;
     const auto received = peer->session.open(about, datagram, now_ns, type, payload);
+    if (received == Session::Received::repeated && peer->session.is_late(about)) note_late_records(*peer);
     handle_payload(known->first, *peer, received, type, payload, now_ns);
   } else {
     reject(Cause::malformed, "datagrams came that are not FIRE-3DV's; they are dropped");
@@ -246,10 +313,15 @@ void UdpListener::handle_payload(uint64_t session, Peer& peer, Session::Received
   }
   if (type == Type::pose) {
     peer.last_message_ns = now_ns;
-    const auto arrival = deliver_pose(inbox_, counters_, options_.delivery, peer.id, peer.frames, payload);
+    peer.has_poses = true;
+    const auto arrival = deliver_pose(inbox_, counters_, options_.delivery, peer.id, peer.poses, payload);
     if (arrival == PoseArrival::repeated)
       peer.acknowledged_frame = 0;  // the acknowledgment may have been lost
-    return;
+    return charge_or_clear(peer.parity, peer.budget, peer.poses.parity);
+  }
+  if (type == Type::parity) {
+    deliver_parity(inbox_, counters_, options_.delivery, peer.id, peer.poses, payload);
+    return charge_or_clear(peer.parity, peer.budget, peer.poses.parity);
   }
   if (type == Type::bye) return end(session, "the publisher closed the link");
   std::string reason;
@@ -396,6 +468,7 @@ void UdpListener::make_room(int64_t now_ns) {
 void UdpListener::add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns) {
   if (const uint64_t earlier = session_at(newcomer.address); earlier != 0)
     end(earlier, "the publisher was restarted");
+  note_shorter_datagrams(newcomer);
   Peer& peer = peers_.emplace(session, std::move(newcomer)).first->second;
   session_at_[peer.address] = session;
   peer.connected_at_ns = peer.last_message_ns = now_ns;

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/clock.h"
+#include "protocol/transport/core/byte_order.h"
 #include "protocol/transport/udp/udp_datagram.h"
 
 namespace fire3dv::transport::udp {
@@ -41,14 +42,19 @@ PoseSender::Outcome PoseSender::publish(int fd, Session* session, const wire::Me
   }
   repeat_after_ns_ = kFirstRepeatNs;
   repeat_at_ns_ = now_ns + repeat_after_ns_;
-  if (session == nullptr || next_ + 1 < ends_.size()) return Outcome::queued;
-  const Outcome outcome = send(fd, *session, next_);
-  if (outcome == Outcome::sent) {
-    ++next_;
-    has_base_ = has_base_ || (complete_ && !lost_part_);
-  } else {
-    repeat_at_ns_ = now_ns + kBurstEveryNs;
+  const bool may_send = session != nullptr && next_ + 1 >= ends_.size();
+  Outcome outcome = Outcome::queued;
+  if (may_send) {
+    outcome = send(fd, *session, next_);
+    if (outcome == Outcome::sent) {
+      ++next_;
+      has_base_ = has_base_ || (complete_ && !lost_part_);
+    }
   }
+  if (session != nullptr && complete_ && parity_.is_on()) append_parity();
+  while (outcome == Outcome::sent && next_ < ends_.size() && send(fd, *session, next_) == Outcome::sent)
+    ++next_;
+  if (may_send && next_ < ends_.size()) repeat_at_ns_ = now_ns + kBurstEveryNs;
   return outcome;
 }
 
@@ -64,7 +70,7 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
     write_pose_header(payload, {frame_, 0, true, true});
     std::copy(partial.head.begin(), partial.head.end(), payload + kPoseHeaderBytes);
     std::copy(partial.body.begin(), partial.body.end(), payload + kPoseHeaderBytes + partial.head.size());
-    outcome = send_bytes(fd, *session, {payload, kPoseHeaderBytes + partial.size()});
+    outcome = send_bytes(fd, *session, Type::pose, {payload, kPoseHeaderBytes + partial.size()});
   }
   // The listener acknowledges whole frames only.
   for (size_t part = 0; part < whole.size(); ++part) {
@@ -76,6 +82,7 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
     ++drops.frames;
     payloads_.clear();
     ends_.clear();
+    data_count_ = 0;
     return outcome == Outcome::sent ? outcome : Outcome::dropped;
   }
   complete_ = true;
@@ -86,8 +93,9 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
     first_round_ = false;
     repeat_at_ns_ = now_ns + repeat_after_ns_;
   } else if (session != nullptr && outcome != Outcome::refused) {
+    if (parity_.is_on()) append_parity();
     emit_due(fd, *session, now_ns);
-    if (next_ == ends_.size()) outcome = Outcome::sent;
+    if (next_ >= data_count_) outcome = Outcome::sent;
   }
   return outcome;
 }
@@ -95,12 +103,14 @@ PoseSender::Outcome PoseSender::publish_partial(int fd, Session* session, const 
 // A datagram that the socket rejects stays queued.
 PoseSender::Outcome PoseSender::send(int fd, Session& session, size_t index) {
   const size_t start = index == 0 ? 0 : ends_[index - 1];
-  return send_bytes(fd, session, {payloads_.data() + start, ends_[index] - start});
+  return send_bytes(fd, session, index < data_count_ ? Type::pose : Type::parity,
+                    {payloads_.data() + start, ends_[index] - start});
 }
 
-PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, std::span<const std::byte> payload) {
+PoseSender::Outcome PoseSender::send_bytes(int fd, Session& session, Type type,
+                                           std::span<const std::byte> payload) {
   Session::Buffer datagram;
-  session.start(datagram, Type::pose);
+  session.start(datagram, type);
   ssize_t sent;
   if (session.sealed()) {
     std::memcpy(datagram.data() + kHeaderBytes, payload.data(), payload.size());
@@ -135,25 +145,69 @@ bool PoseSender::append_payload(const PoseHeader& header, const wire::MessagePie
   std::copy(message.body.begin(), message.body.end(),
             payloads_.end() - static_cast<std::ptrdiff_t>(message.body.size()));
   ends_.push_back(end);
+  ++data_count_;
   return true;
+}
+
+// Appends the parity of the whole frame. Rows go round the groups, so that a burst of losses spreads.
+void PoseSender::append_parity() {
+  const auto parts = static_cast<uint32_t>(data_count_);
+  const uint32_t groups = parity_groups(parts);
+  plan_.assign(groups, {});
+  size_t most_rows = 0, added_bytes = 0, added = 0;
+  const auto message = [this](size_t part) {
+    const size_t begin = (part == 0 ? 0 : ends_[part - 1]) + kPoseHeaderBytes;
+    return std::span(payloads_).subspan(begin, ends_[part] - begin);
+  };
+  for (uint32_t group = 0; group < groups; ++group) {
+    GroupPlan& plan = plan_[group];
+    plan.rows = parity_.symbols(parts_of_group(parts, group));
+    most_rows = std::max(most_rows, plan.rows);
+    for (size_t part = group; part < parts; part += groups)
+      plan.symbol_bytes = std::max(plan.symbol_bytes, 2 + message(part).size());
+    added += plan.rows;
+    added_bytes += plan.rows * (kParityHeaderBytes + plan.symbol_bytes);
+  }
+  if (added == 0 || payloads_.size() + added_bytes > kMaxCacheBytes) return;
+  ends_.reserve(ends_.size() + added);
+  payloads_.reserve(payloads_.size() + added_bytes);
+  for (size_t row = 0; row < most_rows; ++row) {
+    for (uint32_t group = 0; group < groups; ++group) {
+      if (row >= plan_[group].rows) continue;
+      const size_t at = payloads_.size();
+      payloads_.resize(at + kParityHeaderBytes + plan_[group].symbol_bytes);
+      write_parity_header(&payloads_[at],
+                          {frame_, parts, static_cast<uint16_t>(group), static_cast<uint8_t>(row)});
+      const auto symbol = std::span(payloads_).subspan(at + kParityHeaderBytes);
+      size_t column = 0;
+      for (size_t part = group; part < parts; part += groups, ++column) {
+        std::byte length[2];
+        put_le<uint16_t>(length, static_cast<uint16_t>(message(part).size()));
+        const uint8_t factor = parity_factor(row, column);
+        gf_multiply_add(symbol, length, factor);
+        gf_multiply_add(symbol.subspan(2), message(part), factor);
+      }
+      ends_.push_back(payloads_.size());
+    }
+  }
 }
 
 void PoseSender::emit_due(int fd, Session& session, int64_t now_ns) {
   if (acknowledged_ || ends_.empty()) return;
-  if (next_ == ends_.size()) {
+  if (next_ >= round_end()) {
     if (!complete_ || now_ns < repeat_at_ns_) return;
     next_ = 0;
     first_round_ = false;
   }
-  const size_t end = std::min(ends_.size(), next_ + kBurst);
+  const size_t end = std::min(round_end(), next_ + kBurst);
   while (next_ < end && send(fd, session, next_) == Outcome::sent) ++next_;
-  repeat_at_ns_ = now_ns + (next_ < ends_.size() ? kBurstEveryNs : repeat_after_ns_);
-  has_base_ = has_base_ || (next_ == ends_.size() && complete_);
-  if (next_ == ends_.size()) repeat_after_ns_ = std::min(2 * repeat_after_ns_, kLastRepeatNs);
+  repeat_at_ns_ = now_ns + (next_ < round_end() ? kBurstEveryNs : repeat_after_ns_);
+  has_base_ = has_base_ || (next_ >= data_count_ && complete_);
+  if (next_ >= round_end()) repeat_after_ns_ = std::min(2 * repeat_after_ns_, kLastRepeatNs);
 }
 
 std::optional<int64_t> PoseSender::due_at_ns() const {
-  if (acknowledged_ || ends_.empty() || (next_ == ends_.size() && !complete_)) return {};
+  if (acknowledged_ || ends_.empty() || (next_ >= round_end() && !complete_)) return {};
   return repeat_at_ns_;
 }
 
@@ -162,7 +216,8 @@ void PoseSender::acknowledge(uint64_t frame) {
 }
 
 void PoseSender::start_session() {
-  if (next_ == ends_.size()) first_round_ = false;
+  if (next_ >= data_count_) first_round_ = false;
+  parity_.start_session();
   acknowledged_ = has_base_ = false;
   next_ = 0;
   repeat_at_ns_ = 0;
@@ -171,7 +226,7 @@ void PoseSender::start_session() {
 
 PoseSender::Drops PoseSender::unsent() const {
   if (!first_round_ || acknowledged_) return {};
-  const uint64_t messages = ends_.size() - next_;
+  const uint64_t messages = data_count_ - std::min(next_, data_count_);
   return {messages, messages != 0 && !lost_part_ ? 1u : 0u};
 }
 
@@ -184,7 +239,7 @@ PoseSender::Drops PoseSender::drop_queued() {
   const Drops drops = unsent();
   payloads_.clear();
   ends_.clear();
-  next_ = 0;
+  data_count_ = next_ = 0;
   first_round_ = true;
   lost_part_ = complete_ = acknowledged_ = false;
   return drops;
@@ -258,20 +313,11 @@ void receive_all(int fd, LinkCounters& counters, const OnDatagram& on_datagram) 
   }
 }
 
-PoseArrival deliver_pose(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
-                         FrameTracker& frames, std::span<const std::byte> payload) {
-  PoseHeader header;
-  if (!read_pose_header(payload, header)) {
-    counters.reject(Cause::malformed);
-    return PoseArrival::delivered;
-  }
-  const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
+namespace {
+
+PoseArrival deliver_part(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
+                         FrameTracker& frames, const PoseHeader& header, std::vector<std::byte>&& message) {
   const bool newest = delivery == Delivery::newest;
-  if (header.partial) {
-    if (header.frame > frames.newest_whole()) frames.partial();
-    inbox.partial_pose(peer, std::vector<std::byte>(message.begin(), message.end()), header.frame);
-    return PoseArrival::delivered;
-  }
   const uint64_t newest_before = frames.newest_whole();
   const auto outcome = frames.part(header.frame, header.part, header.last);
   if (outcome == FrameTracker::Outcome::repeated) return PoseArrival::repeated;
@@ -290,9 +336,47 @@ PoseArrival deliver_pose(Inbox& inbox, LinkCounters& counters, Delivery delivery
     }
     inbox.drop_parts_before(peer, header.frame);
   }
-  inbox.pose_part(peer, std::vector<std::byte>(message.begin(), message.end()), header.frame,
-                  !newest || outcome == FrameTracker::Outcome::whole);
+  inbox.pose_part(peer, std::move(message), header.frame, !newest || outcome == FrameTracker::Outcome::whole);
   return PoseArrival::delivered;
+}
+
+void deliver_restored(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
+                      ReceivedPoses& poses) {
+  for (ParityReceiver::Restored& part : poses.parity.take_restored())
+    deliver_part(inbox, counters, delivery, peer, poses.frames, {part.frame, part.part, part.is_last},
+                 std::move(part.message));
+  // Who wants all messages also gets parts of frames older than the newest whole one.
+  if (delivery == Delivery::newest) poses.parity.close_up_to(poses.frames.newest_whole());
+}
+
+}  // namespace
+
+PoseArrival deliver_pose(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
+                         ReceivedPoses& poses, std::span<const std::byte> payload) {
+  PoseHeader header;
+  if (!read_pose_header(payload, header)) {
+    counters.reject(Cause::malformed);
+    return PoseArrival::delivered;
+  }
+  const std::span<const std::byte> message = payload.subspan(kPoseHeaderBytes);
+  if (header.partial) {
+    if (header.frame > poses.frames.newest_whole()) poses.frames.partial();
+    inbox.partial_pose(peer, std::vector<std::byte>(message.begin(), message.end()), header.frame);
+    return PoseArrival::delivered;
+  }
+  if (poses.parity.has_part(header.frame, header.part)) return PoseArrival::repeated;
+  const PoseArrival arrival = deliver_part(inbox, counters, delivery, peer, poses.frames, header,
+                                           std::vector<std::byte>(message.begin(), message.end()));
+  if (arrival == PoseArrival::repeated) return arrival;
+  poses.parity.add_part(header.frame, header.part, header.last, message);
+  deliver_restored(inbox, counters, delivery, peer, poses);
+  return arrival;
+}
+
+void deliver_parity(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
+                    ReceivedPoses& poses, std::span<const std::byte> payload) {
+  if (!poses.parity.add_parity(payload)) counters.reject(Cause::malformed);
+  deliver_restored(inbox, counters, delivery, peer, poses);
 }
 
 }  // namespace fire3dv::transport::udp

@@ -10,6 +10,7 @@
 
 #include "protocol/transport/core/address.h"
 #include "protocol/transport/core/inbox.h"
+#include "protocol/transport/udp/udp_parity.h"
 #include "protocol/transport/udp/udp_session.h"
 #include "protocol/wire/encode.h"
 
@@ -19,7 +20,9 @@ namespace fire3dv::transport::udp {
 // reconnect, the last frame before a pause still arrives.
 class PoseSender {
  public:
-  explicit PoseSender(size_t datagram_bytes) : max_message_bytes_(pose_bytes_of(datagram_bytes)) {}
+  // parity: without one, none is sent.
+  explicit PoseSender(size_t datagram_bytes, ParityRate parity = ParityRate(0))
+      : max_message_bytes_(pose_bytes_of(datagram_bytes)), parity_(parity) {}
 
   enum class Outcome { sent, queued, dropped, refused };  // refused: ECONNREFUSED, no listener at the address
 
@@ -42,25 +45,43 @@ class PoseSender {
   std::optional<int64_t> due_at_ns() const;
 
   void acknowledge(uint64_t frame);
+  // A listener's report of received datagrams.
+  void report(const Receipt& receipt, int64_t now_ns) { parity_.report(receipt, now_ns); }
   // New listener: the whole frame must be sent again.
   void start_session();
   // New description: drops the queued frame of the earlier one.
   Drops start_description();
+  // New datagram length: drops the queued frame, whose parts have another one.
+  Drops set_datagram_bytes(size_t datagram_bytes) {
+    max_message_bytes_ = pose_bytes_of(datagram_bytes);
+    return drop_queued();
+  }
+  // Longest payload of the newest frame.
+  size_t longest_payload() const { return ends_.empty() ? 0 : ends_.front(); }
 
   uint64_t bytes_sent() const { return bytes_sent_; }
 
  private:
   Drops drop_queued();
   Outcome send(int fd, Session& session, size_t index);
-  Outcome send_bytes(int fd, Session& session, std::span<const std::byte> payload);
+  Outcome send_bytes(int fd, Session& session, Type type, std::span<const std::byte> payload);
   bool append_payload(const PoseHeader& header, const wire::MessagePieces& message);
+  void append_parity();
+  size_t round_end() const { return first_round_ ? ends_.size() : data_count_; }
   Drops unsent() const;
 
+  struct GroupPlan {
+    size_t rows = 0, symbol_bytes = 0;
+  };
+
   size_t max_message_bytes_;
+  ParityRate parity_;
+  std::vector<GroupPlan> plan_;  // scratch memory of append_parity()
   uint64_t frame_ = 0;
   uint32_t part_ = 0;
-  std::vector<std::byte> payloads_;  // concatenated datagram payloads of the newest frame
+  std::vector<std::byte> payloads_;  // concatenated datagram payloads of the newest frame: parts, then parity
   std::vector<size_t> ends_;         // end offset of each payload
+  size_t data_count_ = 0;            // number of parts; parity is sent once and not repeated
   size_t next_ = 0;                  // index of the next payload to send
   bool first_round_ = true;          // payloads from next_ on were never sent
   bool lost_part_ = false;           // a part of the newest frame was dropped
@@ -108,9 +129,18 @@ void widen_receive_buffer(int fd);
 using OnDatagram = std::function<void(const Address& from, std::span<std::byte> datagram, int64_t now_ns)>;
 void receive_all(int fd, LinkCounters& counters, const OnDatagram& on_datagram);
 
-// Queues the payload of one pose datagram in the inbox. repeated: a duplicate.
+// Received frames of one peer: their parts, and what restores lost ones.
+struct ReceivedPoses {
+  FrameTracker frames;
+  ParityReceiver parity;
+};
+
+// Queues the payload of one pose datagram in the inbox, and parts that it restores. repeated: a duplicate.
 enum class PoseArrival { delivered, repeated };
 PoseArrival deliver_pose(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
-                         FrameTracker& frames, std::span<const std::byte> payload);
+                         ReceivedPoses& poses, std::span<const std::byte> payload);
+// Queues the parts that the payload of a parity datagram restores.
+void deliver_parity(Inbox& inbox, LinkCounters& counters, Delivery delivery, PeerId peer,
+                    ReceivedPoses& poses, std::span<const std::byte> payload);
 
 }  // namespace fire3dv::transport::udp

@@ -1,6 +1,7 @@
 #include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "protocol/transport/udp/udp_dtls.h"
 #include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_handshake.h"
+#include "protocol/transport/udp/udp_path_probe.h"
 #include "protocol/transport/udp/udp_poses.h"
 
 namespace fire3dv::transport::udp {
@@ -23,7 +25,6 @@ namespace {
 constexpr int64_t kFirstHelloAfterNs = 10 * kMillisecondNs;
 constexpr int64_t kLongestHelloAfterNs = kSecondNs;
 constexpr int64_t kAddressTimeoutNs = 3 * kSecondNs;
-constexpr int64_t kKeepaliveNs = kSecondNs;
 constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
 // Resets and ICMP errors are not authenticated. After one, a sealed session probes the listener by pings and
 // ends only if no sealed datagram arrives within the timeout.
@@ -42,7 +43,7 @@ class UdpPublisher final : public NetworkPublisher {
       : NetworkPublisher(uri),
         key_(std::move(key)),
         datagram_bytes_(uri.mtu != 0 ? uri.mtu : kDatagramBytes),
-        poses_(datagram_bytes_) {}
+        poses_(datagram_bytes_, ParityRate(uri.parity_percent)) {}
   ~UdpPublisher() override { thread_.stop(); }
 
   size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }
@@ -79,6 +80,8 @@ class UdpPublisher final : public NetworkPublisher {
   // Require mutex_.
   bool queue_description();
   void check_described();
+  void ping(int fd, int64_t now_ns);
+  bool shorten_datagrams();
   void emit(int fd, int64_t now_ns);
   template <typename Send>
   bool publish_by(Send send) noexcept;
@@ -91,10 +94,13 @@ class UdpPublisher final : public NetworkPublisher {
   }
 
   const std::shared_ptr<const PreSharedKey> key_;  // null: unsealed
-  const size_t datagram_bytes_;
+  // Changes on the link's thread, under mutex_: shorter on a path that does not carry longer ones.
+  std::atomic<size_t> datagram_bytes_;
 
   // Guarded by mutex_.
-  int64_t next_ping_ns_ = 0;
+  int64_t next_probe_ns_ = 0;
+  PathProbe path_;
+  uint64_t last_have_ = 0;
   int fd_ = -1;
   std::unique_ptr<Session> session_;
   bool described_ = false;  // the listener has the newest description: poses may follow
@@ -245,8 +251,10 @@ std::unique_ptr<Session> UdpPublisher::connect(int fd) {
   int64_t wait_ns = kFirstHelloAfterNs;
   const int64_t until = monotonic_ns() + kAddressTimeoutNs;
   std::byte buffer[kMaxDatagramBytes + 1];
+  const bool is_default = uri_.mtu == 0 && datagram_bytes_ == kDatagramBytes;
+  const auto asked_bytes = static_cast<uint16_t>(is_default ? 0 : datagram_bytes_.load());
   while (!thread_.stopping() && monotonic_ns() < until) {
-    const Hello hello = write_hello(nonce, cookie, uri_.mtu);
+    const Hello hello = write_hello(nonce, cookie, asked_bytes);
     if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED) return nullptr;
     const int64_t repeat_at = monotonic_ns() + wait_ns;
     wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
@@ -267,7 +275,7 @@ std::unique_ptr<Session> UdpPublisher::connect(int fd) {
         answered = true;
       }
       if (header.type != Type::accept || cookie == 0) continue;
-      const auto accept = read_accept(datagram, uri_.mtu);
+      const auto accept = read_accept(datagram, asked_bytes);
       if (!accept) continue;
       if (!accept->knows_datagram_bytes) {
         report_refusal(refusal_number(Refusal::datagram_bytes, kDatagramBytes), header.version);
@@ -391,7 +399,8 @@ void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {
     poses_.start_session();
     state_sender_.start_session();
     queue_description();
-    next_ping_ns_ = monotonic_ns() + kKeepaliveNs;
+    path_.start_session(monotonic_ns());
+    last_have_ = 0;
   }
   while (!thread_.stopping()) {
     const int64_t now = monotonic_ns();
@@ -410,16 +419,42 @@ bool UdpPublisher::tick(int fd, int64_t now_ns, int64_t& next_ns) {
   const bool probe_failed = probing_since_ns_ != 0 && now_ns - probing_since_ns_ > kProbeTimeoutNs;
   if (lost_ || probe_failed || session_->broken() || now_ns - session_->last_received_ns() > kLostAfterNs)
     return false;
+  if (path_.has_black_hole() && shorten_datagrams()) return false;
   check_described();
   emit(fd, now_ns);
-  if (now_ns >= next_ping_ns_) {
-    session_->emit_bare(Type::ping, [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); });
-    next_ping_ns_ = now_ns + (probing_since_ns_ != 0 ? kProbePingNs : kKeepaliveNs);
-  }
+  ping(fd, now_ns);
   const bool idle = session_->sender().idle() && session_->state_sender().idle();
   next_ns = now_ns + (idle ? kIdleTickNs : kPublisherTickNs);
   if (const auto due = described_ ? poses_.due_at_ns() : std::nullopt)
     next_ns = std::clamp(*due, now_ns + kMillisecondNs, next_ns);
+  return true;
+}
+
+void UdpPublisher::ping(int fd, int64_t now_ns) {
+  const auto send_ping = [fd](auto datagram) { ::send(fd, datagram.data(), datagram.size(), 0); };
+  PathProbe::Ping due = path_.due(now_ns);
+  if (due == PathProbe::Ping::none && probing_since_ns_ != 0 && now_ns >= next_probe_ns_) {
+    next_probe_ns_ = now_ns + kProbePingNs;
+    due = PathProbe::Ping::bare;
+  }
+  if (due == PathProbe::Ping::whole_length) session_->emit_long_ping(send_ping);
+  if (due == PathProbe::Ping::bare) session_->emit_bare(Type::ping, send_ping);
+}
+
+// Short datagrams arrive and long ones do not. Returns true if shorter ones are to be tried, in a new
+// session.
+bool UdpPublisher::shorten_datagrams() {
+  const auto shorter = shorter_datagram_bytes(datagram_bytes_);
+  if (!shorter) {
+    set_problem_locked(uri_text(uri_) + ": datagrams of " + std::to_string(datagram_bytes_) +
+                       " bytes are lost on the way; use tcp:// or tls://");
+    path_.start_session(monotonic_ns());
+    return false;
+  }
+  set_problem_locked(uri_text(uri_) + ": datagrams of " + std::to_string(datagram_bytes_) +
+                     " bytes are lost on the way; going on with ?mtu=" + std::to_string(*shorter));
+  datagram_bytes_ = *shorter;
+  count(poses_.set_datagram_bytes(*shorter));
   return true;
 }
 
@@ -457,8 +492,7 @@ void UdpPublisher::start_probe(int64_t now_ns) {
   if (!session_->sealed()) {
     lost_ = true;
   } else if (probing_since_ns_ == 0) {
-    probing_since_ns_ = now_ns;
-    next_ping_ns_ = now_ns;
+    probing_since_ns_ = next_probe_ns_ = now_ns;
   }
 }
 
@@ -510,9 +544,17 @@ void UdpPublisher::handle_payload(Session::Received received, Type type, std::sp
     return;
   }
   if (type == Type::have) {
-    if (const auto frame = read_number(payload)) poses_.acknowledge(*frame);
+    const auto frame = read_number(payload);
+    if (frame && *frame > last_have_) {
+      last_have_ = *frame;
+      const auto shorter = shorter_datagram_bytes(datagram_bytes_);
+      if (shorter && poses_.longest_payload() > *shorter) path_.on_long_datagram();
+    }
+    if (frame) poses_.acknowledge(*frame);
+    if (const auto receipt = read_receipt(payload)) poses_.report(*receipt, now_ns);
     return;
   }
+  if (type == Type::pong) path_.on_pong();
   switch (session_->control(type, payload, kMaxReplyBytes, now_ns)) {
     case ControlReceiver::Outcome::complete:
       if (type == Type::fragment)

@@ -33,7 +33,7 @@ Session::Received Session::receive(const Header& header, std::span<const std::by
   if (!window_.is_new(header.counter)) return Received::repeated;
   window_.mark(header.counter);
   payload = datagram.subspan(kHeaderBytes);
-  last_received_ns_ = now_ns;
+  count_received(header.counter, now_ns);
   return Received::payload;
 }
 
@@ -49,7 +49,7 @@ Session::Received Session::open(const RecordDatagram& about, std::span<std::byte
     case Dtls::Opened::plaintext:
       break;
   }
-  last_received_ns_ = now_ns;
+  count_received(about.record_number & kRecordNumberMask, now_ns);
   type = plaintext.empty() ? Type{} : static_cast<Type>(plaintext[0]);
   payload = plaintext.empty() ? plaintext : plaintext.subspan(1);
   return Received::payload;
@@ -131,11 +131,33 @@ void Session::emit_bare(Type type, const Emit& emit) {
   emit_finished(datagram, kHeaderBytes, emit);
 }
 
+void Session::emit_long_ping(const Emit& emit) {
+  Buffer datagram;
+  start(datagram, Type::ping);
+  const size_t bytes = datagram_bytes_ - kRecordOverheadBytes + kHeaderBytes - 1;
+  std::memset(datagram.data() + kHeaderBytes, 0, bytes - kHeaderBytes);
+  emit_finished(datagram, bytes, emit);
+}
+
 void Session::emit_number(Type type, uint64_t number, const Emit& emit) {
   Buffer datagram;
   start(datagram, type);
   put_le<uint64_t>(datagram.data() + kHeaderBytes, number);
   emit_finished(datagram, kHeaderBytes + 8, emit);
+}
+
+void Session::emit_have(uint64_t frame, const Emit& emit) {
+  Buffer datagram;
+  start(datagram, Type::have);
+  put_le<uint64_t>(datagram.data() + kHeaderBytes, frame);
+  put_le<uint64_t>(datagram.data() + kHeaderBytes + 8, receipt_.newest);
+  put_le<uint64_t>(datagram.data() + kHeaderBytes + 16, receipt_.received);
+  emit_finished(datagram, kHeaderBytes + kHaveBytes, emit);
+}
+
+std::optional<Receipt> read_receipt(std::span<const std::byte> have) {
+  if (have.size() < kHaveBytes) return {};
+  return Receipt{get_le<uint64_t>(have.data() + 8), get_le<uint64_t>(have.data() + 16)};
 }
 
 }  // namespace fire3dv::transport::udp

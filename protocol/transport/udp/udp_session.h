@@ -2,8 +2,11 @@
 // I/O: `emit` receives the datagrams to send.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_datagram.h"
@@ -23,6 +26,19 @@ class ReplayWindow {
   std::array<uint64_t, kSpan / 64> seen_{};
   uint64_t newest_ = 0;
 };
+
+// Receipt of a session's datagrams, as its listener reports it: cumulative, so that lost reports cost
+// nothing.
+struct Receipt {
+  uint64_t newest = 0;    // highest counter, or record number of a sealed session
+  uint64_t received = 0;  // number of datagrams
+  bool operator==(const Receipt&) const = default;
+};
+
+constexpr size_t kHaveBytes = 24;
+constexpr uint64_t kRecordNumberMask = (uint64_t{1} << 48) - 1;  // above it the epoch
+// Nothing from listeners that do not count.
+std::optional<Receipt> read_receipt(std::span<const std::byte> have);
 
 class Session {
  public:
@@ -44,6 +60,11 @@ class Session {
   // The DTLS session has failed; nothing can be sealed any more.
   bool broken() const { return dtls_ && dtls_->broken(); }
   int64_t last_received_ns() const { return last_received_ns_; }
+  const Receipt& receipt() const { return receipt_; }
+  // True if a sealed datagram is too old for the replay window.
+  bool is_late(const RecordDatagram& about) const {
+    return (about.record_number & kRecordNumberMask) + kRecordWindow <= receipt_.newest;
+  }
   ControlSender& sender() { return control_.sender; }
   ControlReceiver& receiver() { return control_.receiver; }
   // Bundles of keyed states have their own channel, so that neither delays the other.
@@ -83,7 +104,11 @@ class Session {
   // Emits acknowledgments and fragments that are due.
   void emit_due(int64_t now_ns, const Emit& emit);
   void emit_bare(Type type, const Emit& emit);
+  // A ping as long as the longest datagrams of this session.
+  void emit_long_ping(const Emit& emit);
   void emit_number(Type type, uint64_t number, const Emit& emit);
+  // The newest complete frame, and the receipt of this session's datagrams.
+  void emit_have(uint64_t frame, const Emit& emit);
 
  private:
   struct Channel {
@@ -100,11 +125,17 @@ class Session {
   ControlReceiver::Outcome take_piece(Channel& channel, std::span<const std::byte> payload, size_t budget);
   void emit_due(Channel& channel, int64_t now_ns, const Emit& emit);
   void emit_finished(Buffer& datagram, size_t bytes, const Emit& emit);
+  void count_received(uint64_t number, int64_t now_ns) {
+    receipt_.newest = std::max(receipt_.newest, number);
+    ++receipt_.received;
+    last_received_ns_ = now_ns;
+  }
 
   uint64_t id_;
   size_t datagram_bytes_;
   uint64_t sent_ = 0;
   int64_t last_received_ns_;
+  Receipt receipt_;
   std::unique_ptr<Dtls> dtls_;
   ReplayWindow window_;  // of a plaintext session
   Channel control_, state_;

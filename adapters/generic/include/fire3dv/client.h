@@ -103,7 +103,7 @@ typedef struct fire3dv_status {
 FIRE3DV_API const char* fire3dv_version(void);
 
 /* Opens a link: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT". A udp:// HOST may be
- * a multicast group; the suffix "?mtu=N" sets the maximum datagram size in bytes. Succeeds without a
+ * a multicast group; its options (mtu, parity, ...) are in fire3dv(1). Succeeds without a
  * renderer. options may be NULL. Returns NULL on error. */
 FIRE3DV_API fire3dv_stream* fire3dv_open(const char* uri, const fire3dv_options* options);
 

@@ -23,9 +23,9 @@ struct GroupPeer {
   size_t datagram_bytes = 0;
   Session session;  // id, replay window, time of the last datagram
   CarouselReceiver control;
-  FrameTracker frames;
+  ReceivedPoses poses;
   std::shared_ptr<PeerBudget> budget;
-  BudgetCharge pieces;  // fragments of incomplete control messages
+  BudgetCharge pieces, parity;  // fragments of incomplete control messages; parts and parity of frames
 };
 
 class GroupListener final : public NetworkListener {
@@ -104,7 +104,8 @@ void GroupListener::handle(const Address& from, std::span<std::byte> datagram, i
   auto peer = find(header, from);
   if (peer == peers_.end()) {
     // Joined within a round; the next round begins with an offer.
-    if (header.type == Type::pose) return counters_.poses_dropped.add();
+    if (header.type == Type::pose || header.type == Type::parity)
+      return counters_.poses_dropped.add(header.type == Type::pose);
     if (header.type != Type::group) return counters_.reject(Cause::unknown_session);
     peer = add_peer(header, from, datagram, now_ns);
     if (peer == peers_.end()) return;
@@ -119,9 +120,13 @@ void GroupListener::handle(const Address& from, std::span<std::byte> datagram, i
     case Session::Received::payload:
       break;
   }
-  if (header.type == Type::pose) {
-    if (!peer->control.described()) return counters_.poses_dropped.add();
-    deliver_pose(inbox_, counters_, options_.delivery, peer->id, peer->frames, payload);
+  if (header.type == Type::pose || header.type == Type::parity) {
+    if (!peer->control.described()) return counters_.poses_dropped.add(header.type == Type::pose);
+    if (header.type == Type::pose)
+      deliver_pose(inbox_, counters_, options_.delivery, peer->id, peer->poses, payload);
+    else
+      deliver_parity(inbox_, counters_, options_.delivery, peer->id, peer->poses, payload);
+    charge_or_clear(peer->parity, peer->budget, peer->poses.parity);
     return;
   }
   if (header.type == Type::bye) return end(peer, "the publisher closed the link");

@@ -30,7 +30,7 @@ class GroupPublisher final : public NetworkPublisher {
         datagram_bytes_(uri.mtu != 0 ? uri.mtu : kDatagramBytes),
         session_(random_id(), monotonic_ns(), nullptr, datagram_bytes_),
         carousel_(std::move(carousel)),
-        poses_(datagram_bytes_) {}
+        poses_(datagram_bytes_, ParityRate(uri.parity_percent, false)) {}
   ~GroupPublisher() override { thread_.stop(); }
 
   size_t max_pose_message_bytes() const override { return pose_bytes_of(datagram_bytes_); }

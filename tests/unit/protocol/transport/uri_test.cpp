@@ -37,7 +37,12 @@ TEST(Uri, OptionsOfUdp) {
   EXPECT_EQ(uri->ttl, 4);
   EXPECT_EQ(uri->interface, "eth0.7");
   EXPECT_EQ(parse_uri("udp://[ff15::1]:1?mtu=576")->mtu, 576);
-  for (const char* text : {"udp://[ff15::1%lo]:1?ttl=255", "udp://a:1?mtu=9000", "udp://a:0"})
+  EXPECT_FALSE(uri->parity_percent);
+  EXPECT_FALSE(parse_uri("udp://a:1?parity=auto")->parity_percent);
+  EXPECT_EQ(parse_uri("udp://a:1?parity=off")->parity_percent, 0);
+  EXPECT_EQ(parse_uri("udp://a:1?mtu=576&parity=200&ttl=1")->parity_percent, 200);
+  for (const char* text : {"udp://[ff15::1%lo]:1?ttl=255", "udp://a:1?mtu=9000", "udp://a:0",
+                           "udp://a:1?parity=off", "udp://a:1?mtu=576&parity=25&ttl=1"})
     EXPECT_EQ(uri_text(*parse_uri(text)), text);
 }
 
@@ -67,6 +72,11 @@ TEST(Uri, EveryRefusalNamesUriAndForms) {
                                   std::string("udp://[]:1"),
                                   std::string("tcp://a;b:1"),
                                   std::string("tcp://a:1?mtu=1000"),
+                                  std::string("udp://a:1?parity="),
+                                  std::string("udp://a:1?parity=0"),
+                                  std::string("udp://a:1?parity=201"),
+                                  std::string("udp://a:1?parity=on"),
+                                  std::string("udp://a:1?parity=auto&parity=off"),
                                   std::string("udp://a:1?"),
                                   std::string("udp://a:1?mtu"),
                                   std::string("udp://a:1?mtu="),

@@ -6,6 +6,7 @@
 
 #include "protocol/transport/core/link_factories.h"
 #include "protocol/transport/udp/multicast/udp_group.h"
+#include "protocol/transport/udp/udp_datagram.h"
 #include "protocol/transport/udp/udp_group_socket.h"
 #include "tests/unit/protocol/transport/network_namespace.h"
 #include "tests/unit/protocol/transport/raw_socket.h"
@@ -120,6 +121,52 @@ TEST_P(Group, LargeFramesArriveWhole) {
     EXPECT_EQ(listener.last(Kind::control), "life " + std::to_string(life));
   }
   EXPECT_EQ(listener.count(Kind::connected), 2u);
+}
+
+// A lossy bridge between two groups: of each frame three pose datagrams are lost.
+TEST_P(Group, ParityRestoresLostParts) {
+  constexpr int kParts = 15;
+  const auto from = parse_uri(uri);
+  Uri to = *from;
+  to.port = static_cast<uint16_t>(from->port + 10'000);
+  const auto received = udp::open_group_receiver(*from, *udp::group_of(*from));
+  const auto sender = udp::open_group_sender(to, *udp::group_of(to));
+  ASSERT_TRUE(received.ok() && sender.ok());
+  ListenerOptions options = insecure();
+  options.delivery = Delivery::all;
+  Listener listener(uri_text(to), options);
+  auto publisher = open_publisher_or_fail(uri + "&parity=40");
+  ASSERT_TRUE(publisher->set_description(bytes_of("d")));
+  size_t lost = 0;
+  const auto forward = [&] {
+    std::byte datagram[udp::kMaxDatagramBytes];
+    for (ssize_t got; (got = ::recv(received->get(), datagram, sizeof datagram, MSG_DONTWAIT)) > 0;) {
+      udp::Header header;
+      udp::PoseHeader pose;
+      const std::span<const std::byte> bytes(datagram, static_cast<size_t>(got));
+      const bool is_lost = udp::read_header(bytes, header) && header.type == udp::Type::pose &&
+                           udp::read_pose_header(bytes.subspan(udp::kHeaderBytes), pose) &&
+                           pose.part % 5 == pose.frame % 5;
+      lost += is_lost;
+      if (!is_lost) ::send(sender->get(), datagram, static_cast<size_t>(got), MSG_DONTWAIT);
+    }
+  };
+  const std::string part(700, 'p');
+  ASSERT_TRUE(listener.poll_until([&] {
+    for (int i = 0; i < kParts; ++i)
+      publisher->publish(message_of(std::to_string(i) + part), i + 1 == kParts);
+    forward();
+    for (int i = 0; i < kParts; ++i)
+      if (!listener.saw(Kind::pose, std::to_string(i) + part)) return false;
+    return listener.count(Kind::pose) >= size_t{10} * kParts;
+  }));
+  EXPECT_GT(lost, 10u);
+  std::vector<int> counts(kParts);
+  for (const Event& event : listener.events)
+    if (event.kind == Kind::pose) ++counts[static_cast<size_t>(std::stoi(event.text))];
+  const auto [least, most] = std::ranges::minmax(counts);
+  EXPECT_LE(most - least, 2) << "all parts of nearly every frame, although each frame lost three of them";
+  EXPECT_EQ(rejected(listener.link->stats(), Cause::malformed), 0u);
 }
 
 TEST_P(Group, StrangersAreCountedAndHarmNobody) {

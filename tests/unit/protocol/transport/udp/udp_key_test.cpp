@@ -8,6 +8,7 @@
 
 #include "protocol/transport/udp/udp_datagram.h"
 #include "protocol/transport/udp/udp_record.h"
+#include "protocol/transport/udp/udp_session.h"
 #include "tests/unit/protocol/transport/raw_socket.h"
 #include "tests/unit/protocol/transport/secure_fixture.h"
 #include "tools/lab/impair/relay.h"
@@ -122,6 +123,7 @@ TEST_F(UdpKey, ReflectedDatagramsAreForgeries) {
   std::vector<std::byte> ping;  // outlives the relay, whose thread writes it
   auto relay = relay_to(listener);
   relay->set_filter([&](bool to_target, std::span<std::byte> datagram) {
+    if (to_target && datagram.size() == udp::kDatagramBytes) return false;  // long pings: short ones follow
     if (!is_sealed(datagram) || datagram.size() != 1 + udp::kRecordOverheadBytes) return true;
     if (to_target) ping.assign(datagram.begin(), datagram.end());
     if (!to_target && ping.size() == datagram.size()) std::copy(ping.begin(), ping.end(), datagram.begin());
@@ -139,8 +141,9 @@ TEST_F(UdpKey, ForgedResetKeepsSession) {
   auto relay = relay_to(listener);
   std::atomic<int> forged{0};
   relay->set_filter([&, accepted = false](bool to_target, std::span<std::byte> datagram) mutable {
-    // accept and have carry one number each.
-    if (to_target || !is_sealed(datagram) || datagram.size() != 9 + udp::kRecordOverheadBytes) return true;
+    const size_t bytes = datagram.size() - udp::kRecordOverheadBytes - 1;
+    if (to_target || !is_sealed(datagram) || (bytes != 8 && bytes != udp::kHaveBytes))
+      return true;  // accept, have
     if (!std::exchange(accepted, true)) return true;
     udp::write_header(datagram.data(), {udp::kTransportVersion, udp::Type::reset, 0, 0});
     ++forged;
