@@ -128,7 +128,7 @@ void StreamsPanel::draw_stream(const Context& context, const StreamFact& stream)
   }
   if (stream.draw_cost.seconds > 0 || stream.draw_cost.is_hidden) {
     const bool is_hidden = stream.draw_cost.is_hidden;
-    ui.value("Drawing time", is_hidden ? theme::warning() : theme::text(),
+    ui.value("Drawing time", is_hidden ? theme::palette->warning : theme::palette->text,
              is_hidden ? "content hidden"
                        : std::to_string(std::lround(100 * stream.draw_cost.share)) + " % of all images");
     ui.hint("Time that this stream's markers, nodes and vertices take, while several peers are connected.");
