@@ -84,6 +84,21 @@ std::string package_name(const fs::path& folder, Sources& sources) {
   return std::string(trimmed(std::string_view(text).substr(begin + 6, end - begin - 6)));
 }
 
+std::vector<fs::path> installed_package_folders() {
+  std::vector<fs::path> folders = folders_of_variable("ROS_PACKAGE_PATH");
+  for (fs::path& prefix : folders_of_variable("AMENT_PREFIX_PATH")) folders.push_back(std::move(prefix));
+  return folders;
+}
+
+bool ReadableFolders::hold(const fs::path& path) const {
+  if (std::find(path.begin(), path.end(), "..") != path.end()) return false;
+  const fs::path normal = path.lexically_normal();
+  return std::any_of(folders_.begin(), folders_.end(), [&](const fs::path& folder) {
+    const fs::path below = normal.lexically_relative(fs::absolute(folder).lexically_normal());
+    return !below.empty() && *below.begin() != "..";
+  });
+}
+
 Packages::Packages(const fs::path& description_folder, const std::vector<fs::path>& named)
     : folder_(description_folder),
       ros_folders_(folders_of_variable("ROS_PACKAGE_PATH")),

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -17,6 +18,23 @@ namespace fire3dv::convert {
 
 // The <name> of folder/package.xml; empty without one. sources receives the file.
 std::string package_name(const std::filesystem::path& folder, Sources& sources);
+
+// Folders of ROS_PACKAGE_PATH and AMENT_PREFIX_PATH: the user's installed packages.
+std::vector<std::filesystem::path> installed_package_folders();
+
+// Folders below which a description of unknown origin may name files. Paths are compared as they are written:
+// links below a folder may lead out of it, as those of colcon's workspaces do, since whoever made them owns
+// the folder.
+class ReadableFolders {
+ public:
+  explicit ReadableFolders(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
+
+  // Whether the file exists or not. A path with ".." lies below none.
+  bool hold(const std::filesystem::path& path) const;
+
+ private:
+  std::vector<std::filesystem::path> folders_;
+};
 
 class Packages {
  public:

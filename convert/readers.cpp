@@ -51,6 +51,9 @@ Result<Model> read_description(const std::filesystem::path& file, const ReadOpti
   if (!kind) return kind.error();
   if (*kind != DescriptionKind::adf && (!options.launch_indices.empty() || options.launch_all))
     return not_a_launch_file(file);
+  if (*kind == DescriptionKind::adf && options.is_confined)
+    return Error{quote(file.string()) +
+                 " is an AMBF description, whose files cannot be confined: leave --confined out"};
   Result<Model> model = read_kind(*kind, file, options);
   if (model) add_light_if_none(*model);
   return model;

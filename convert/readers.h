@@ -1,9 +1,10 @@
 // Readers for description files, one function per format. Non-fatal problems go to Model::warnings; errors
 // name file, line where known, and remedy.
 //
-// File access: meshes may lie anywhere. Images must lie below the folder of their mesh, of the description
-// (for URDF also of its packages, for SDF of its models and search paths), or a folder that the user named.
-// Files of MJCF may lie anywhere, unless is_confined. Only regular files are opened.
+// File access: meshes and files of MJCF may lie anywhere. Images must lie below the folder of their mesh, of
+// the description (for URDF also of its packages, for SDF of its models and search paths), or a folder that
+// the user named. All must lie below the description's folder or a named one if is_confined. Only regular
+// files are opened.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +38,8 @@ struct ReadOptions {
   // Meshes without normals are smooth over edges up to this angle, 0 to 180; 0: flat. Empty: 37, as in
   // MuJoCo. MJCF always has MuJoCo's.
   std::optional<double> smooth_angle_deg;
-  // MJCF: files must lie below the model's folder or a named one, for models that the user has not chosen.
-  // Otherwise they may lie anywhere, as in MuJoCo.
+  // URDF, SDF, MJCF: files must lie below the description's folder, a named one or (URDF, SDF) an installed
+  // package, for descriptions that the user has not chosen. AMBF is refused then.
   bool is_confined = false;
   // Limits over all meshes and over all ADF files. What exceeds them is skipped with a warning.
   size_t max_triangles = 20'000'000;

@@ -53,28 +53,45 @@ fs::path folder_of(const fs::path& urdf) {
 
 }  // namespace
 
-UrdfFiles::UrdfFiles(const fs::path& urdf, const std::vector<fs::path>& package_folders, Sources& sources)
-    : folder_(folder_of(urdf)), packages_(folder_, package_folders) {
+UrdfFiles::UrdfFiles(const fs::path& urdf, const std::vector<fs::path>& package_folders, bool is_confined,
+                     Sources& sources)
+    : folder_(folder_of(urdf)), packages_(is_confined ? fs::path() : folder_, package_folders) {
+  if (is_confined) {
+    std::vector<fs::path> readable = installed_package_folders();
+    readable.push_back(folder_);
+    readable.insert(readable.end(), package_folders.begin(), package_folders.end());
+    readable_.emplace(std::move(readable));
+  }
   image_folders_.add(folder_);
   image_folders_.add(urdf.parent_path());  // folder of the symbolic link
   for (const fs::path& folder : package_folders) image_folders_.add(folder);
+  if (is_confined) return;
   if (const std::optional<fs::path> own = packages_.own_package(sources)) image_folders_.add(*own);
 }
 
 Result<fs::path> UrdfFiles::resolve(const std::string& uri, Sources& sources) {
   if (uri.empty()) return Error{"it names no file"};
   if (uri.find('\0') != std::string::npos) return Error{quote(uri) + " holds a zero byte"};
-  Result<fs::path> path = find(uri, sources);
+  Result<fs::path> path = find_readable(uri, sources);
   if (!path) return path;
   sources.add(*path);
   // Names of other systems, tried only where the literal name does not exist.
   std::string other = percent_decoded(uri);
   std::replace(other.begin(), other.end(), '\\', '/');
   if (other == uri || regular_file(*path)) return path;
-  const Result<fs::path> second = find(other, sources);
+  const Result<fs::path> second = find_readable(other, sources);
   if (!second || !regular_file(*second)) return path;
   sources.add(*second);
   return second;
+}
+
+// What lies outside is refused whether it exists or not.
+Result<fs::path> UrdfFiles::find_readable(const std::string& uri, Sources& sources) {
+  Result<fs::path> path = find(uri, sources);
+  if (!path || !readable_ || readable_->hold(*path)) return path;
+  return Error{quote(uri) +
+               " lies outside the folders that a description of unknown origin may name files of: name its "
+               "folder with --package-path"};
 }
 
 Result<fs::path> UrdfFiles::package(const std::string& name, Sources& sources) {
@@ -126,6 +143,7 @@ Result<fs::path> UrdfFiles::find(std::string uri, Sources& sources) {
   if (uri.starts_with("file://")) uri.erase(0, 7);
   if (begins_with_scheme(uri)) return Error{name + ": only package://, model://, file:// and paths are read"};
   const fs::path path = folder_ / uri;
+  if (readable_) return path;
   std::error_code error;
   if (!fs::path(uri).is_absolute() || fs::exists(path, error)) return path;
   const fs::path end = fs::path(uri).relative_path();
@@ -142,6 +160,7 @@ Result<fs::path> UrdfFiles::find_in_package(const std::string& package_name, con
     return Error{uri + " names no file of a package"};
   const Result<fs::path> folder = package(package_name, sources);
   if (folder) return *folder / rest;
+  if (readable_) return folder.error();
   const fs::path end(rest);
   const fs::path found = find_by_end(end, static_cast<size_t>(std::distance(end.begin(), end.end())));
   if (found.empty()) return folder.error();

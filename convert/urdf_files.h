@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -21,9 +22,10 @@ std::string percent_decoded(const std::string& text);
 
 class UrdfFiles {
  public:
-  // package_folders: contain packages or are packages.
+  // package_folders: contain packages or are packages. is_confined: of a description of unknown origin: files
+  // must lie below its folder, package_folders or installed packages, and nothing is searched above it.
   UrdfFiles(const std::filesystem::path& urdf, const std::vector<std::filesystem::path>& package_folders,
-            Sources& sources);
+            bool is_confined, Sources& sources);
 
   // Returns a path, which need not exist. The error names the URI and the remedy. sources: receives the path
   // and missing package folders.
@@ -42,6 +44,7 @@ class UrdfFiles {
   const AllowedFolders& image_folders() const { return image_folders_; }
 
  private:
+  Result<std::filesystem::path> find_readable(const std::string& uri, Sources& sources);
   Result<std::filesystem::path> find(std::string uri, Sources& sources);
   Result<std::filesystem::path> find_in_package(const std::string& package, const std::string& rest,
                                                 const std::string& uri, Sources& sources);
@@ -54,6 +57,7 @@ class UrdfFiles {
   void note(const std::string& kind, const std::string& sentence);
 
   std::filesystem::path folder_;
+  std::optional<ReadableFolders> readable_;  // empty: all folders are
   Packages packages_;
   AllowedFolders image_folders_;
   std::set<std::string> noted_;

@@ -50,7 +50,7 @@ void add_input_options(CLI::App& app, Options& options, std::string& ns, bool& n
             "write the robot to this file instead of sending it to the renderer");
   robot
       .add_repeatable("--package-path", options.package_folders, "DIR",
-                      "folder of packages of meshes; repeatable")
+                      "folder that robot descriptions may name meshes of; repeatable")
       ->check(CLI::ExistingDirectory.description(""));
   robot.add_flag("--no-description", no_description, "send the poses of all frames, and no robot");
   robot.add_flag("--no-joint-scalars", no_joints, "send no joint states as scalars for plots");

@@ -356,14 +356,14 @@ Result<std::string> expanded_text(const fs::path& file, const ReadOptions& optio
 Result<std::string> read_urdf_text(const std::filesystem::path& file, const ReadOptions& options,
                                    std::vector<std::string>& warnings) {
   Sources sources;
-  UrdfFiles files(file, options.package_folders, sources);
+  UrdfFiles files(file, options.package_folders, options.is_confined, sources);
   return expanded_text(file, options, files, sources, warnings);
 }
 
 Result<Model> read_urdf(const std::filesystem::path& file, const ReadOptions& options) {
   Model model;
   model.sources.add(file);
-  UrdfFiles files(file, options.package_folders, model.sources);
+  UrdfFiles files(file, options.package_folders, options.is_confined, model.sources);
   const Result<std::string> text = expanded_text(file, options, files, model.sources, model.warnings);
   if (!text) return text.error();
   std::vector<std::string> joint_names;

@@ -22,7 +22,7 @@ struct ConvertOptions {
   std::string up, unit;         // of mesh files
   std::string dae_up, gltf_up;  // of meshes of URDF and SDF
   std::string smooth_angle;     // of meshes without normals, in degrees
-  bool is_confined = false;     // MJCF
+  bool is_confined = false;     // a description of unknown origin
 };
 
 // True for files that are converted, by their extension: descriptions (.yaml, .yml, .urdf, .xml, .xacro,

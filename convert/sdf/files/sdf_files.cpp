@@ -89,24 +89,16 @@ SdfFiles::SdfFiles(const fs::path& file, const std::vector<fs::path>& package_fo
   allow_model_of(file);
 }
 
-SdfFiles::SdfFiles(const std::vector<fs::path>& package_folders, std::string folder_option)
+SdfFiles::SdfFiles(const std::vector<fs::path>& package_folders, std::string folder_option,
+                   const fs::path& file)
     : option_(std::move(folder_option)), packages_({}, package_folders) {
   add_folders(package_folders);
-  readable_ = caches_;
-  for (const Folder& folder : folders_) readable_->push_back(folder.path);
-  for (const char* name : {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"})
-    for (fs::path& folder : absolute_folders(variable(name))) readable_->push_back(std::move(folder));
-}
-
-// Links below a folder may lead out of it, as those of colcon's workspaces do: whoever made them owns it.
-bool SdfFiles::is_readable(const fs::path& path) const {
-  if (!readable_) return true;
-  if (std::find(path.begin(), path.end(), "..") != path.end()) return false;
-  const fs::path normal = path.lexically_normal();
-  return std::any_of(readable_->begin(), readable_->end(), [&](const fs::path& folder) {
-    const fs::path below = normal.lexically_relative(folder.lexically_normal());
-    return !leaves_its_folder(below);
-  });
+  std::vector<fs::path> readable = caches_;
+  for (const Folder& folder : folders_) readable.push_back(folder.path);
+  for (fs::path& folder : installed_package_folders()) readable.push_back(std::move(folder));
+  if (!file.empty()) readable.push_back(folder_of(file));
+  if (!file.empty()) image_folders_.add(folder_of(file));
+  readable_.emplace(std::move(readable));
 }
 
 void SdfFiles::add_folders(const std::vector<fs::path>& package_folders) {
@@ -149,14 +141,14 @@ Result<fs::path> SdfFiles::find(const std::string& uri, const fs::path& from) {
     if (std::optional<fs::path> found = find_by_end(path)) return *std::move(found);
     if (!is_readable(path))
       return Error{quote(path) +
-                   " lies outside the folders that a running world may name files of, and its end "
+                   " lies outside the folders that a stranger may name files of, and its end "
                    "is not found in " +
                    searched()};
     return Error{"there is no " + quote(path) + ", and its end is not found in " + searched()};
   }
   if (!from.empty()) {
     const fs::path beside = folder_of(from) / path;
-    if (exists(beside)) return beside;
+    if (is_readable(beside) && exists(beside)) return beside;
   }
   for (const Folder& folder : folders_)
     if (!leaves_its_folder(path) && exists(folder.path / path)) return folder.path / path;

@@ -25,11 +25,13 @@ class SdfFiles {
   // cache: GZ_FUEL_CACHE_PATH, IGN_FUEL_CACHE_PATH, HOME. sources: receives every path that was tried.
   SdfFiles(const std::filesystem::path& file, const std::vector<std::filesystem::path>& package_folders,
            Sources& sources);
-  // Of a running world, which is no file: no path is relative to one, and whoever reaches its network may
-  // name paths. Absolute ones must lie below package_folders, those of the variables above, ROS_PACKAGE_PATH,
-  // AMENT_PREFIX_PATH or Fuel's cache. folder_option: of the program's command line, for messages. What was
-  // looked at is not recorded.
-  SdfFiles(const std::vector<std::filesystem::path>& package_folders, std::string folder_option);
+  // Of a running world or a description of unknown origin: whoever reaches the network may name paths, which
+  // must lie below package_folders, those of the variables above,
+  // ROS_PACKAGE_PATH, AMENT_PREFIX_PATH or Fuel's cache. folder_option: of the program's command line, for
+  // messages. What was looked at is not recorded.
+  // file: of the description, whose folder may be read; empty: there is none.
+  SdfFiles(const std::vector<std::filesystem::path>& package_folders, std::string folder_option,
+           const std::filesystem::path& file = {});
 
   // Returns an existing file or folder. from: file that names the URI; empty: none. The error names the URI,
   // all folders that were searched, and the remedy.
@@ -57,7 +59,7 @@ class SdfFiles {
                                                                 const std::filesystem::path& below);
   bool exists(const std::filesystem::path& path);
   // The absolute path may be read, whether it exists or not.
-  bool is_readable(const std::filesystem::path& path) const;
+  bool is_readable(const std::filesystem::path& path) const { return !readable_ || readable_->hold(path); }
   void allow_model_of(const std::filesystem::path& path);
   std::string searched() const;
 
@@ -67,7 +69,7 @@ class SdfFiles {
   std::vector<std::filesystem::path> caches_;  // of Fuel
   Packages packages_;
   AllowedFolders image_folders_;
-  std::optional<std::vector<std::filesystem::path>> readable_;  // folders; empty: all absolute paths are
+  std::optional<ReadableFolders> readable_;  // empty: all absolute paths are
   Sources* sources_ = nullptr;
   size_t missing_ = 0;  // files that were not found: a search for one looks into many folders
 };

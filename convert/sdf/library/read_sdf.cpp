@@ -23,7 +23,8 @@ Result<Model> read_sdf(const std::filesystem::path& file, const ReadOptions& opt
     if (!found) return found.error();
     sdf = std::move(*found);
   }
-  SdfFiles files(sdf, options.package_folders, model.sources);
+  SdfFiles files = options.is_confined ? SdfFiles(options.package_folders, "--package-path", sdf)
+                                       : SdfFiles(sdf, options.package_folders, model.sources);
   SdfDocuments documents(files, model.sources, model.warnings);
   const Result<std::string> copy = documents.open(sdf);
   if (!copy) return copy.error();

@@ -266,6 +266,24 @@ def robot_meshes(test):
         end(adapter)
 
 
+def robot_of_a_stranger(test):
+    """Meshes by absolute paths are read below folders that the user named, and nowhere else."""
+    mesh = test.path("private/tri.stl")
+    os.makedirs(os.path.dirname(mesh))
+    with open(mesh, "w", encoding="ascii") as file:
+        file.write("solid t\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid t\n")
+    urdf = write(test, "stranger.urdf", URDF.replace('<link name="tool"/>', '<link name="tool"><visual><geometry><mesh '
+                                                     f'filename="file://{mesh}"/></geometry></visual></link>'))
+    for number, arguments in enumerate(([], ["--package-path", os.path.dirname(mesh)])):
+        ros = Ros(test)
+        adapter = ros.adapter("--write-scene", test.path(f"robot{number}.glb"), *arguments)
+        ros.side(opens=["robot_description"]).do("text " + urdf)
+        adapter.wait_err("wrote ")
+        said = adapter.find_err('link "tool": "file://.*private/tri.stl" lies outside the folders .*--package-path')
+        check(bool(said) != bool(arguments), adapter.stderr_text())
+        end(adapter)
+
+
 # --- times ---------------------------------------------------------------------------------------------------------------
 
 def times_common(test):
@@ -547,6 +565,7 @@ def large_rate(test):
 CASES = {case.__name__: case for case in (
     frames_late_adapter, frames_late_publisher, frames_grow, frames_names, frames_ranges, robot_joints, robot_links, robot_unwritten,
     robot_meshes,
+    robot_of_a_stranger,
     times_common, times_back, markers_shown, markers_kept, times_two_publishers, hostile_values, hostile_sizes, hostile_bytes, hostile_types, large_chain, large_rate)}
 
 if __name__ == "__main__":

@@ -100,6 +100,27 @@ TEST_F(SdfIncludes, ForeignPathsMatchBySuffix) {
   EXPECT_TRUE(warns(read(include("/home/somebody/model.sdf")), "its end is not found in"));
 }
 
+// Security: a confined SDF file names files outside of its folder.
+TEST_F(SdfIncludes, ConfinedReadsNamedFoldersOnly) {
+  write_crate("private/crate");
+  write_crate("near/crate");
+  const std::string folder = folder_.path().string();
+  ReadOptions confined, named;
+  confined.is_confined = named.is_confined = true;
+  named.package_folders = {folder_.path() / "private"};
+  for (const std::string& uri :
+       {folder + "/private/crate", "file://" + folder + "/private/crate/model.sdf"}) {
+    EXPECT_TRUE(warns(read(include(uri), confined), "lies outside the folders that a stranger may name"))
+        << uri;
+    EXPECT_EQ(warnings(read(include(uri), named)), "") << uri;
+    EXPECT_EQ(warnings(read(include(uri))), "") << uri;
+  }
+  EXPECT_NE(warnings(read(include("../" + folder_.path().filename().string() + "/private/crate"), confined)),
+            "");
+  EXPECT_EQ(warnings(read(include("near/crate"), confined)), "") << "below the folder of the description";
+  EXPECT_EQ(warnings(read(include("model://crate"), named)), "");
+}
+
 TEST_F(SdfIncludes, MissingNamesFoldersAndRemedy) {
   const Variable path("GZ_SIM_RESOURCE_PATH", "/nowhere/a:/nowhere/b");
   const Model model = read("\n" + include("model://gone"));

@@ -337,6 +337,49 @@ TEST_F(Urdf, TexturesOfOthersAreNotRead) {
   EXPECT_FALSE(read_texture("link.png"));
 }
 
+// Security: a confined URDF names meshes outside of its folder, in several disguises; none of them is read.
+TEST_F(Urdf, ConfinedReadsNamedFoldersOnly) {
+  for (const char* name : {"private/t.obj", "private/part/t.obj", "ament/share/parts/t.obj"})
+    write(name, kTetrahedron);
+  write("arm_description/urdf/own.obj", kTetrahedron);
+  write("private/part/package.xml", "<package><name>part</name></package>");
+  ::unsetenv("ROS_PACKAGE_PATH");
+  ::setenv("AMENT_PREFIX_PATH", (folder_.path() / "ament").c_str(), 1);
+  ReadOptions confined, named;
+  confined.is_confined = named.is_confined = true;
+  named.package_folders = {folder_.path() / "private"};
+  const auto warnings_of = [&](const std::string& uri, const ReadOptions& options) {
+    const Model model = read(link("a", visual("<mesh filename=\"" + uri + "\"/>")), options);
+    std::string text;
+    for (const std::string& warning : model.warnings) text += warning + '\n';
+    EXPECT_EQ(model.meshes.empty(), !text.empty()) << uri << ": " << text;
+    return text;
+  };
+  const std::string folder = folder_.path().string();
+  for (const std::string& uri : {folder + "/private/t.obj", "file://" + folder + "/private/t.obj",
+                                 "file://" + folder + "/private/gone.obj", std::string("../../private/t.obj"),
+                                 "file://" + folder + "/arm_description/urdf/../../private/t.obj",
+                                 "file://" + folder + "/%70rivate/t.obj"}) {
+    const std::string text = warnings_of(uri, confined);
+    EXPECT_NE(text.find("\"" + uri +
+                        "\" lies outside the folders that a description of unknown origin may "
+                        "name files of: name its folder with --package-path"),
+              std::string::npos)
+        << text;
+  }
+  // Every folder above the description could be named as a package.
+  const std::vector<std::string> packages = {
+      "package://private/t.obj", "package:/" + folder + "/private/t.obj",
+      "package://parts/../../../private/t.obj", "$(find private)/t.obj"};
+  for (const std::string& uri : packages) EXPECT_NE(warnings_of(uri, confined), "") << uri;
+  EXPECT_EQ(warnings_of("package://parts/t.obj", confined), "") << "an installed package";
+  EXPECT_EQ(warnings_of("own.obj", confined), "");
+  EXPECT_EQ(warnings_of("file://" + folder + "/private/t.obj", named), "");
+  EXPECT_EQ(warnings_of("package://part/t.obj", named), "");
+  EXPECT_EQ(warnings_of("file://" + folder + "/private/t.obj", {}), "") << "the user's own file";
+  ::unsetenv("AMENT_PREFIX_PATH");
+}
+
 TEST_F(Urdf, LinksThatLookAlikeShareMesh) {
   const std::string grey = "<material name=\"grey\"><color rgba=\"0.5 0.5 0.5 1\"/></material>";
   const Model model = read(
