@@ -2,24 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "base/plural.h"
+#include "convert/mesh/geometry/sweep_triangulation.h"
 
 namespace fire3dv::convert {
 namespace {
 
-// Corners that are compared in all polygons of one triangulator: some seconds.
+// Corners that are compared in all polygons of one triangulator by ear clipping, and in one polygon. Larger
+// polygons are swept, whose time is O(n log n) whatever their shape.
 constexpr uint64_t kMaxSteps = 500'000'000;
-
-// Twice the area of a triangle; 0 where rounding hides the sign.
-double doubled_area_of(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
-  const double p = (b.x - a.x) * (c.y - a.y), q = (b.y - a.y) * (c.x - a.x);
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-  return std::abs(p - q) <= kRounding * (std::abs(p) + std::abs(q)) ? 0 : p - q;
-}
+constexpr uint64_t kMaxStepsOfPolygon = 1'000'000, kMaxStepsOfCorner = 128;
 
 // Order of two points along the x axis, and along y where x is equal.
 bool is_rightward(const glm::dvec2& from, const glm::dvec2& to) {
@@ -59,7 +55,10 @@ bool PolygonTriangulator::cut(std::span<const glm::dvec3> corners) {
     return has_plane;
   }
   const double area = doubled_area();
-  clip();
+  const size_t steps = kMaxStepsOfPolygon + kMaxStepsOfCorner * points_.size();
+  const bool is_whole = clip(std::min<uint64_t>(steps_ + steps, kMaxSteps));
+  if (!is_whole && sweep(area)) return true;
+  if (!is_whole) fan();
   return std::abs(clipped_area_ - area) <= 1e-3 * area && turns_once();
 }
 
@@ -274,7 +273,8 @@ bool PolygonTriangulator::is_blocked(uint32_t before, uint32_t tip, uint32_t aft
   return false;
 }
 
-void PolygonTriangulator::clip() {
+// Returns false, with some corners left, after max_steps.
+bool PolygonTriangulator::clip(uint64_t max_steps) {
   const auto count = static_cast<uint32_t>(points_.size());
   previous_.resize(count);
   next_.resize(count);
@@ -288,7 +288,9 @@ void PolygonTriangulator::clip() {
   for (uint32_t i = 0; i < count; ++i) is_reflex_[i] = turn(previous_[i], i, next_[i]) <= 0;
   build_rows();
   uint32_t node = 0;
-  for (size_t misses = 0; left_ > 3 && steps_ < kMaxSteps;) {
+  first_left_ = 0;
+  for (size_t misses = 0; left_ > 3; first_left_ = node) {
+    if (steps_ >= max_steps) return false;
     const uint32_t before = previous_[node], after = next_[node];
     ++steps_;
     const bool is_convex = turn(before, node, after) > 0;
@@ -305,11 +307,29 @@ void PolygonTriangulator::clip() {
     node = after;
     ++misses;
     if (misses == 2 * left_ && remove_flat(node)) misses = 0;
-    if (misses > 3 * left_ + 2) return;  // no corner is convex
+    if (misses > 3 * left_ + 2) return true;  // no corner is convex
   }
-  const uint32_t first = node;
+  fan();
+  return true;
+}
+
+// Cuts the corners that are left into a fan.
+void PolygonTriangulator::fan() {
+  const uint32_t first = first_left_;
   for (uint32_t a = next_[first], b = next_[a]; b != first; a = b, b = next_[b])
     if (left_ > 3 || turn(first, a, b) > 0) add(first, a, b);
+}
+
+// Replaces the triangles if they cover the polygon exactly.
+bool PolygonTriangulator::sweep(double area) {
+  const std::optional<std::vector<Triangle>> swept = SweepTriangulation::cut(points_);
+  if (!swept) return false;
+  double swept_area = 0;
+  for (const Triangle& t : *swept) swept_area += std::abs(turn(t[0], t[1], t[2]));
+  if (!(std::abs(swept_area - area) <= 1e-9 * area)) return false;
+  triangles_.clear();
+  for (const Triangle& t : *swept) triangles_.push_back({corners_[t[0]], corners_[t[1]], corners_[t[2]]});
+  return true;
 }
 
 }  // namespace fire3dv::convert

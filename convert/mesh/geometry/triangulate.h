@@ -1,5 +1,6 @@
-// Polygon triangulation by ear clipping in the polygon's plane. Concave polygons, and holes that a doubled
-// edge joins to the outline, are exact. Polygons that cross themselves are approximated.
+// Polygon triangulation in the polygon's plane, by ear clipping, and by a plane sweep where that would take
+// long: O(n log n) in all. Concave polygons, and holes that a doubled edge joins to the outline, are exact.
+// Polygons that cross themselves are approximated.
 #pragma once
 
 #include <array>
@@ -18,7 +19,7 @@ class PolygonTriangulator {
   using Triangle = std::array<uint32_t, 3>;  // numbers of corners, in the order of the polygon
 
   // Convex polygons become the fan of their first corner. The result is valid until the next call; it is
-  // empty for less than three corners. Work over all calls is limited: later polygons are approximated.
+  // empty for less than three corners.
   const std::vector<Triangle>& triangulate(std::span<const glm::dvec3> corners);
 
   // Warning about the polygons so far that were approximated; empty unless they have a thousandth of the area
@@ -31,7 +32,9 @@ class PolygonTriangulator {
   bool is_convex() const;
   bool turns_once() const;
   double doubled_area() const;
-  void clip();
+  bool clip(uint64_t max_steps);
+  void fan();
+  bool sweep(double area);
   void build_rows();
   size_t row_count() const { return row_starts_.size() - 1; }
   size_t row_of(double y) const;
@@ -51,6 +54,7 @@ class PolygonTriangulator {
   // Circular list of the corners that are left.
   std::vector<uint32_t> previous_, next_;
   size_t left_ = 0;
+  uint32_t first_left_ = 0;  // one of them
   // Corners that are not convex, by rows along the longer side and their order in the row.
   std::vector<uint8_t> is_reflex_;
   std::vector<uint32_t> row_starts_, row_nodes_;

@@ -8,9 +8,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "convert/mesh/geometry/polygon_holes.h"
+#include "convert/mesh/geometry/sweep_triangulation.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -30,7 +32,52 @@ bool is_inside(const Polygon& polygon, const glm::dvec2& p) {
   return inside;
 }
 
+using Triangles = std::vector<PolygonTriangulator::Triangle>;
+
 // Each of many points is covered once inside the polygon, and never outside.
+void expect_cover(const Polygon& corners, const Triangles& triangles, const std::string& name) {
+  glm::dvec2 low(1e9), high(-1e9);
+  for (const glm::dvec2& c : corners) {
+    low = glm::min(low, c);
+    high = glm::max(high, c);
+  }
+  constexpr int kSamples = 23;
+  int wrong = 0;
+  for (int i = 0; i < kSamples * kSamples; ++i) {
+    const glm::dvec2 p = low + (high - low) * glm::dvec2((i % kSamples + 0.4317) / kSamples,
+                                                         (i / kSamples + 0.5743) / kSamples);
+    int covers = 0;
+    for (const auto& t : triangles) {
+      const glm::dvec2 &a = corners[t[0]], &b = corners[t[1]], &c = corners[t[2]];
+      const double u = cross(b - a, p - a), v = cross(c - b, p - b), w = cross(a - c, p - c);
+      covers += (u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0) ? 1 : 0;
+    }
+    wrong += covers != (is_inside(corners, p) ? 1 : 0) ? 1 : 0;
+  }
+  EXPECT_EQ(wrong, 0) << name;
+  double area = 0, covered = 0;
+  for (size_t i = 0; i < corners.size(); ++i)
+    area += cross(corners[i], corners[(i + 1) % corners.size()]) / 2;
+  for (const auto& t : triangles) {
+    const double one = cross(corners[t[1]] - corners[t[0]], corners[t[2]] - corners[t[0]]) / 2;
+    EXPECT_GE(one * area, 0) << name << ": a triangle faces the other way";
+    covered += one;
+  }
+  EXPECT_NEAR(covered, area, 1e-9 * std::abs(area)) << name;
+}
+
+// The sweep, which the triangulator uses for large polygons only.
+void expect_swept_cover(Polygon corners, const std::string& name) {
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  if (corners.back() == corners.front()) corners.pop_back();
+  double area = 0;
+  for (size_t i = 0; i < corners.size(); ++i) area += cross(corners[i], corners[(i + 1) % corners.size()]);
+  if (area < 0) std::reverse(corners.begin(), corners.end());
+  const std::optional<Triangles> swept = SweepTriangulation::cut(corners);
+  ASSERT_TRUE(swept) << name;
+  expect_cover(corners, *swept, name + ", swept");
+}
+
 void expect_exact_cover(const Polygon& polygon, const std::string& name) {
   for (const bool reversed : {false, true}) {
     for (size_t turn = 0; turn < std::min<size_t>(polygon.size(), 12); ++turn) {
@@ -40,37 +87,13 @@ void expect_exact_cover(const Polygon& polygon, const std::string& name) {
       // In a plane that no axis is perpendicular to, with the coordinates as they are.
       std::vector<glm::dvec3> in_space;
       for (const glm::dvec2& c : corners) in_space.emplace_back(c.x, 0.25 * c.x - 0.5 * c.y + 3, c.y);
+      const std::string place =
+          name + " from corner " + std::to_string(turn) + (reversed ? ", reversed" : "");
       PolygonTriangulator triangulator;
       const auto triangles = triangulator.triangulate(in_space);
-      EXPECT_EQ(triangulator.warning(), "") << name << ' ' << turn;
-      glm::dvec2 low(1e9), high(-1e9);
-      for (const glm::dvec2& c : corners) {
-        low = glm::min(low, c);
-        high = glm::max(high, c);
-      }
-      constexpr int kSamples = 23;
-      int wrong = 0;
-      for (int i = 0; i < kSamples * kSamples; ++i) {
-        const glm::dvec2 p = low + (high - low) * glm::dvec2((i % kSamples + 0.4317) / kSamples,
-                                                             (i / kSamples + 0.5743) / kSamples);
-        int covers = 0;
-        for (const auto& t : triangles) {
-          const glm::dvec2 &a = corners[t[0]], &b = corners[t[1]], &c = corners[t[2]];
-          const double u = cross(b - a, p - a), v = cross(c - b, p - b), w = cross(a - c, p - c);
-          covers += (u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0) ? 1 : 0;
-        }
-        wrong += covers != (is_inside(corners, p) ? 1 : 0) ? 1 : 0;
-      }
-      EXPECT_EQ(wrong, 0) << name << " from corner " << turn << (reversed ? ", reversed" : "");
-      double area = 0, covered = 0;
-      for (size_t i = 0; i < corners.size(); ++i)
-        area += cross(corners[i], corners[(i + 1) % corners.size()]) / 2;
-      for (const auto& t : triangles) {
-        const double one = cross(corners[t[1]] - corners[t[0]], corners[t[2]] - corners[t[0]]) / 2;
-        EXPECT_GE(one * area, 0) << name << ": a triangle faces the other way";
-        covered += one;
-      }
-      EXPECT_NEAR(covered, area, 1e-9 * std::abs(area)) << name;
+      EXPECT_EQ(triangulator.warning(), "") << place;
+      expect_cover(corners, triangles, place);
+      expect_swept_cover(corners, place);
     }
   }
 }
@@ -107,6 +130,19 @@ Polygon comb(int teeth) {
   return polygon;
 }
 
+// Two arcs that bulge towards each other: no ear is far from the other corners.
+Polygon bowl(int corners) {
+  Polygon polygon;
+  const int half = corners / 2;
+  const auto add = [&](int i, double middle, double bulge) {
+    const double x = -1 + 2.0 * i / (half - 1);
+    polygon.emplace_back(x, middle + bulge * x * x);
+  };
+  for (int i = 0; i < half; ++i) add(i, 0.5, -0.5);
+  for (int i = half; i-- > 0;) add(i, 1, 0.5);
+  return polygon;
+}
+
 TEST(Triangulate, CoversThePolygonOnce) {
   expect_exact_cover({{0, 0}, {1, 1}, {0, 3}, {0.4, 1}}, "arrow");
   expect_exact_cover({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, "L");
@@ -136,6 +172,7 @@ TEST(Triangulate, CoversThePolygonOnce) {
   expect_exact_cover(gear(30), "gear");
   expect_exact_cover(spiral(200), "spiral");
   expect_exact_cover(comb(50), "comb");
+  expect_exact_cover(bowl(60), "bowl");
 }
 
 TEST(Triangulate, RandomPolygonsAreCoveredOnce) {
@@ -186,6 +223,22 @@ TEST(Triangulate, FoldedSliversAreNotReported) {
   EXPECT_NE(triangulator.warning(), "");
 }
 
+TEST(Triangulate, SweepsOfCrossedPolygonsEnd) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    Polygon polygon;
+    for (size_t i = 0; i < 4 + random() % 40; ++i) {
+      const glm::dvec2 point(random() % 9, random() % 9);
+      if (polygon.empty() || point != polygon.back()) polygon.push_back(point);
+    }
+    if (polygon.back() == polygon.front()) polygon.pop_back();
+    if (polygon.size() < 3) continue;
+    const Triangles swept = SweepTriangulation::cut(polygon).value_or(Triangles());
+    for (const auto& triangle : swept)
+      for (const uint32_t corner : triangle) ASSERT_LT(corner, polygon.size());
+  }
+}
+
 TEST(Triangulate, AnyPolygonEnds) {
   PolygonTriangulator triangulator;
   // Without an area: no warning, since nothing is seen.
@@ -211,7 +264,7 @@ TEST(Triangulate, AnyPolygonEnds) {
 
 TEST(Triangulate, LargePolygonsAreExact) {
   PolygonTriangulator triangulator;
-  for (const Polygon& large : {spiral(20'000), comb(20'000)}) {
+  for (const Polygon& large : {spiral(20'000), comb(20'000), bowl(250'000)}) {
     std::vector<glm::dvec3> polygon;
     for (const glm::dvec2& c : large) polygon.emplace_back(c, 0);
     EXPECT_EQ(triangulator.triangulate(polygon).size(), polygon.size() - 2);
