@@ -70,6 +70,7 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, boo
   state::ImageAbilities abilities{.max_pixel_bytes = uint64_t{64} << 20};
   abilities.lenses = true;
   abilities.thin_lenses = renderer.traces_paths() || renderer.can_blur().ok();
+  if (renderer.traces_paths()) abilities.path_samples = renderer.path_tracer()->settings().samples_per_pixel;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
     if (renderer.traces_paths() && !traces_requests && wire::ImageOutputs(1u << bit).shaded()) continue;
@@ -84,18 +85,29 @@ void ImageBatchRenderer::begin(std::vector<WorkItem>&& work) {
   next_ = 0;
 }
 
-bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes) {
+uint64_t ImageBatchRenderer::cost_of(const WorkItem& work) const {
+  const bool is_traced = renderer_.traces_paths() && outputs_behind(work).shaded();
+  const uint32_t samples = is_traced ? renderer_.path_tracer()->settings().samples_per_pixel : 0;
+  state::ImageEffort effort = state::effort_of(work.due.request, samples);
+  effort.is_blurred = !is_traced && !used_lens(work).is_pinhole();
+  effort.has_markers = work.camera.markers;
+  const glm::uvec2 size = work.camera.pinhole.image_px;
+  return state::image_cost(size.x, size.y, effort);
+}
+
+bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, const Limits& limits) {
   gpu::Recorder* recorder = nullptr;
-  uint64_t bytes = 0;
-  while (has_work() && bytes < max_bytes) {
+  uint64_t bytes = 0, cost = 0;
+  while (has_work() && bytes < limits.bytes) {
+    if (cost > 0 && cost + next_cost() > limits.cost) break;
     const std::span<const WorkItem> rest = std::span(work_).subspan(next_);
-    const std::span<const WorkItem> batch = rest.first(batch_size(rest, max_bytes));
+    const std::span<const WorkItem> batch =
+        rest.first(batch_size(rest, {limits.bytes - bytes, limits.cost - std::min(cost, limits.cost)}));
     if (renderer_.traces_paths() && outputs_behind(batch[0]).shaded()) {
       if (recorder) break;  // in a submission of its own
       ++next_;
       tracing_.emplace(Tracing{batch[0], moment.boxes, std::chrono::steady_clock::now()});
-      const glm::uvec2 size = batch[0].camera.pinhole.image_px;
-      cost_ += state::image_cost(size.x, size.y);
+      cost_ = {cost_.cost + cost_of(batch[0]), cost_.images + 1};
       trace(frames, moment.poses);
       return true;
     }
@@ -106,8 +118,9 @@ bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, uint
     record(*prepared, *recorder, frames.staging(), batch, moment);
     scene_update_ = passes::SceneUpdate::reuse;
     bytes += read_back_bytes(batch[0].due.request, static_cast<uint32_t>(batch.size()));
-    const glm::uvec2 size = batch[0].camera.pinhole.image_px;
-    cost_ += batch.size() * state::image_cost(size.x, size.y);
+    const uint64_t batch_cost = batch.size() * cost_of(batch[0]);
+    cost += batch_cost;
+    cost_ = {cost_.cost + batch_cost, cost_.images + batch.size()};
   }
   if (recorder) readback_.submitted(frames.submit());
   return recorder != nullptr;
@@ -173,7 +186,7 @@ passes::View ImageBatchRenderer::view_of(const WorkItem& work) const {
 }
 
 // Number of consecutive compatible images that fit one submission.
-size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const {
+size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, const Limits& limits) const {
   const wire::ImageRequest& first = rest[0].due.request;
   const passes::ImageOutputs outputs = drawn_outputs(first);
   if (has_lens(rest[0].camera) || rest[0].camera.markers || !used_lens(rest[0]).is_pinhole() ||
@@ -183,7 +196,8 @@ size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, uint64_t m
                                first.intrinsics.width * first.intrinsics.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_.gpu_scene().cluster_instance_count};
   const uint64_t most = std::min<uint64_t>({kMaxBatchViewBytes / std::max(pixel_bytes, list_bytes),
-                                            max_bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+                                            limits.bytes / std::max<uint64_t>(read_back_bytes(first, 1), 1),
+                                            limits.cost / cost_of(rest[0]),
                                             device_.limits().maxImageDimension2D / first.intrinsics.height,
                                             device_.limits().maxImageArrayLayers, rest.size()});
   size_t count = 1;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -54,9 +55,16 @@ class ImageBatchRenderer {
   // Images that are rendered or refused, or whose paths are being traced.
   std::span<const WorkItem> processed() const { return std::span(work_).first(next_); }
 
-  // Renders some of the images in one submission, which ends with the image that reaches max_bytes of
-  // read-back. Returns false if nothing was submitted.
-  bool draw(gpu::FrameRing& frames, const Moment& moment, uint64_t max_bytes = kMaxSubmittedBytes);
+  // Limit of one submission: its images stay in host memory until they are sent.
+  static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
+  // Limits of one submission of several images.
+  struct Limits {
+    uint64_t bytes = kMaxSubmittedBytes;  // of read-back
+    uint64_t cost = std::numeric_limits<uint64_t>::max();
+  };
+  // Renders some of the images in one submission: at least one, and others within the limits. Returns
+  // false if nothing was submitted.
+  bool draw(gpu::FrameRing& frames, const Moment& moment, const Limits& limits);
   // True after draw() has begun to trace the paths of an image. Until trace() has ended it, nothing else may
   // be drawn with the renderer, and its scene must stay.
   bool is_tracing() const { return tracing_.has_value(); }
@@ -72,10 +80,13 @@ class ImageBatchRenderer {
   };
   std::optional<TracedSamples> take_traced_samples() { return std::exchange(traced_samples_, {}); }
   void cancel_tracing();  // of a request that is not open any more
-  // Limit of one submission: its images stay in host memory until they are sent.
-  static constexpr uint64_t kMaxSubmittedBytes = uint64_t{64} << 20;
   // Cost of the images rendered since the last call.
-  uint64_t take_cost() { return std::exchange(cost_, 0); }
+  struct Cost {
+    uint64_t cost = 0, images = 0;
+  };
+  Cost take_cost() { return std::exchange(cost_, {}); }
+  // Of the image that is drawn next. Precondition: has_work().
+  uint64_t next_cost() const { return cost_of(work_[next_]); }
 
   // Refuses all remaining images.
   void refuse_rest(const std::string& why);
@@ -115,7 +126,8 @@ class ImageBatchRenderer {
   // As it is used for this image; a pinhole where it has no colours, or the device cannot blur.
   scene::ThinLens used_lens(const WorkItem& work) const;
   passes::View view_of(const WorkItem& work) const;
-  size_t batch_size(std::span<const WorkItem> rest, uint64_t max_bytes) const;
+  size_t batch_size(std::span<const WorkItem> rest, const Limits& limits) const;
+  uint64_t cost_of(const WorkItem& work) const;
   std::optional<passes::PreparedFrame> prepare(std::span<const WorkItem> batch, passes::SceneUpdate scene,
                                                bool refines = false);
   void refuse(std::span<const WorkItem> batch, wire::ImageRefusal reason, const std::string& why);
@@ -142,7 +154,7 @@ class ImageBatchRenderer {
   passes::LensPass lens_;
   std::vector<WorkItem> work_;
   size_t next_ = 0;  // index of the next image in work_
-  uint64_t cost_ = 0;
+  Cost cost_;
   passes::SceneUpdate scene_update_ = passes::SceneUpdate::update;
   std::optional<Tracing> tracing_;
   std::optional<TracedSamples> traced_samples_;

@@ -84,7 +84,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
 // True if a viewer's image should end early. A simulator's one is traced to its end.
 bool ImageService::do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns) {
   if (!requests_.appearance(traced.requester).shown_samples) return false;
-  const uint64_t own = state::image_cost(traced.request.intrinsics.width, traced.request.intrinsics.height);
+  const uint64_t own = requests_.cost(traced.request);
   return std::ranges::any_of(requests_.demands(now_ns), [&](const state::ImageDemand& demand) {
     return demand.requester != traced.requester || demand.cost > own;
   });
@@ -102,7 +102,9 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
     first_.cancel_tracing();
     return {.any = true, .has_more = true};
   }
-  first_.trace(frames, poses_, do_others_wait(due, monotonic_ns()));
+  const int64_t begin_ns = monotonic_ns();
+  first_.trace(frames, poses_, do_others_wait(due, begin_ns));
+  scheduler_.spent(due.requester, begin_ns, monotonic_ns());
   report_samples();
   if (!first_.is_tracing()) requests_.mark_rendered(due);
   forward_refusals(first_);
@@ -123,23 +125,31 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   distribute(std::move(work));
   const uint64_t max_bytes =
       scheduler_.is_alone(requester, now_ns) ? ImageBatchRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
+  int64_t begun_ns = now_ns;
   for (bool is_first = true; has_work() && !first_.is_tracing(); is_first = false) {
     if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns))) break;
-    uint64_t cost = 0;
+    const uint64_t next_cost = largest_next_cost();
+    const int64_t left_ns = is_first ? rules_.slice_ns : end_ns - begun_ns;
+    const uint64_t max_cost = scheduler_.max_cost(requester, next_cost, left_ns, begun_ns);
+    // A long image begins a turn of its own, for which others have their quiet time.
+    if (!is_first && next_cost > max_cost) break;
     const Mark before = submitted();
     if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
-    draw_round(frames, moment, max_bytes);
+    draw_round(frames, moment, {max_bytes, max_cost});
     report_samples();
-    for (size_t device = 0; device < device_count(); ++device)
-      cost = std::max(cost, renderer_at(device).take_cost());
+    ImageBatchRenderer::Cost cost;  // devices draw side by side
+    for (size_t device = 0; device < device_count(); ++device) {
+      const ImageBatchRenderer::Cost each = renderer_at(device).take_cost();
+      if (each.cost > cost.cost) cost = each;
+    }
     if (Mark mark = submitted(); mark != before) {
       if (view && mark[0] != before[0])
-        draw_time_->submitted(
-            frames.frame_index(),
-            static_cast<double>(cost) / static_cast<double>(view->pixels + state::image_cost(0, 0)));
+        draw_time_->submitted(frames.frame_index(),
+                              static_cast<double>(cost.cost) / static_cast<double>(next_cost));
       const int64_t submitted_ns = monotonic_ns();
-      scheduler_.submitted(requester, cost, submitted_ns);
-      submissions_.push_back({std::move(mark), submitted_ns});
+      scheduler_.submitted(requester, cost.cost, cost.images, submitted_ns);
+      submissions_.push_back({std::move(mark), begun_ns});
+      begun_ns = submitted_ns;
     }
   }
   const bool is_whole = !has_work();
@@ -154,6 +164,14 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
   return is_whole;
 }
 
+uint64_t ImageService::largest_next_cost() {
+  uint64_t cost = 0;
+  for (size_t device = 0; device < device_count(); ++device) {
+    if (renderer_at(device).has_work()) cost = std::max(cost, renderer_at(device).next_cost());
+  }
+  return cost;
+}
+
 bool ImageService::has_work() {
   for (size_t device = 0; device < device_count(); ++device) {
     if (renderer_at(device).has_work()) return true;
@@ -161,12 +179,12 @@ bool ImageService::has_work() {
   return false;
 }
 
-// Reports the device time of finished submissions to the scheduler.
+// Reports the time of finished submissions to the scheduler.
 void ImageService::record_finished() {
   while (!submissions_.empty() && is_done(submissions_.front().mark)) {
     const Submission& submission = submissions_.front();
     const int64_t now_ns = monotonic_ns();
-    scheduler_.finished(std::max(submission.submitted_ns, last_done_ns_), now_ns);
+    scheduler_.finished(std::max(submission.begun_ns, last_done_ns_), now_ns);
     last_done_ns_ = now_ns;
     submissions_.pop_front();
   }
@@ -256,12 +274,12 @@ void ImageService::distribute(std::vector<ImageBatchRenderer::WorkItem>&& work) 
 // One submission on each device with work. Finished images are sent first, so that the number of images in
 // flight stays small.
 void ImageService::draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::Moment& moment,
-                              uint64_t max_bytes) {
+                              const ImageBatchRenderer::Limits& limits) {
   deliver();
   std::vector<SecondaryDevice*> at_work;
   for (const std::unique_ptr<SecondaryDevice>& each : secondary()) {
     if (!each->batch_renderer().has_work()) continue;
-    each->begin_drawing(scene_, *settings_, moment, max_bytes);
+    each->begin_drawing(scene_, *settings_, moment, limits);
     at_work.push_back(each.get());
   }
   std::exception_ptr failure;  // first error: all devices must be awaited
@@ -272,7 +290,7 @@ void ImageService::draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::
       failure = std::current_exception();
     }
   };
-  attempt([&] { first_.draw(frames, moment, max_bytes); });
+  attempt([&] { first_.draw(frames, moment, limits); });
   for (SecondaryDevice* each : at_work) {
     attempt([&] {
       if (Result<void> drawn = each->finish(); !drawn)
@@ -291,7 +309,9 @@ void ImageService::forward_refusals(ImageBatchRenderer& batch_renderer) {
 void ImageService::deliver() {
   const auto send = [&](state::RequesterId requester, const wire::ImageFrame& frame,
                         const RequestedImage& pixels) {
+    const int64_t begin_ns = monotonic_ns();
     requests_.send(requester, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
+    scheduler_.spent(requester, begin_ns, monotonic_ns());
   };
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).deliver(send);
 }

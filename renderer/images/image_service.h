@@ -77,7 +77,7 @@ class ImageService {
 
   struct Submission {
     Mark mark;
-    int64_t submitted_ns = 0;
+    int64_t begun_ns = 0;  // its preparation on the host
   };
 
   Drawn go_on_tracing(gpu::FrameRing& frames);
@@ -90,8 +90,10 @@ class ImageService {
   std::vector<ImageBatchRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
   void distribute(std::vector<ImageBatchRenderer::WorkItem>&& work);
   size_t assign_device(const ImageBatchRenderer::WorkItem& work);
-  void draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::Moment& moment, uint64_t max_bytes);
+  void draw_round(gpu::FrameRing& frames, const ImageBatchRenderer::Moment& moment,
+                  const ImageBatchRenderer::Limits& limits);
   bool has_work();
+  uint64_t largest_next_cost();  // of all devices
   void drop_closed_requests();
   void forward_refusals(ImageBatchRenderer& batch_renderer);
   size_t device_count() const { return 1 + secondary().size(); }

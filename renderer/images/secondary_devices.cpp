@@ -69,10 +69,11 @@ Result<void> SecondaryDevice::open(gpu::Instance& instance, uint32_t index, gpu:
 }
 
 void SecondaryDevice::begin_drawing(const LiveScene& live, const settings::DrawSettings& settings,
-                                    const ImageBatchRenderer::Moment& moment, uint64_t max_bytes) {
-  begin([this, &live, &settings, &moment, max_bytes] {
+                                    const ImageBatchRenderer::Moment& moment,
+                                    const ImageBatchRenderer::Limits& limits) {
+  begin([this, &live, &settings, &moment, limits] {
     result_ = show(live, settings);
-    if (result_) batch_renderer_->draw(*frames_, moment, max_bytes);
+    if (result_) batch_renderer_->draw(*frames_, moment, limits);
     (void)frames_->take_finished();
   });
 }

@@ -31,7 +31,7 @@ class SecondaryDevice {
 
   // Starts one submission of the request renderer's work, with the scene of `live` and the given settings.
   void begin_drawing(const LiveScene& live, const settings::DrawSettings& settings,
-                     const ImageBatchRenderer::Moment& moment, uint64_t max_bytes);
+                     const ImageBatchRenderer::Moment& moment, const ImageBatchRenderer::Limits& limits);
   // Waits for the started job and rethrows its exceptions.
   Result<void> finish();
 

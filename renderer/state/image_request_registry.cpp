@@ -1,6 +1,7 @@
 #include "renderer/state/image_request_registry.h"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <tuple>
 
@@ -20,6 +21,25 @@ std::string output_names(uint32_t outputs) {
 }
 
 }  // namespace
+
+namespace {
+
+// Order of drawing. Images that were drawn in one turn have one last_ns; among them those of the same size
+// and outputs are neighbours, so that one submission can draw them.
+std::tuple<int64_t, uint32_t, uint32_t, uint32_t> order(const wire::ImageRequest& request, int64_t last_ns) {
+  return {last_ns, request.intrinsics.width, request.intrinsics.height, request.outputs};
+}
+
+}  // namespace
+
+ImageEffort effort_of(const wire::ImageRequest& request, uint32_t path_samples) {
+  const bool is_shaded = wire::ImageOutputs(request.outputs).shaded();
+  return {.outputs = static_cast<uint32_t>(std::popcount(request.outputs)),
+          .is_distorted = request.intrinsics.lens.model != wire::LensModel::none,
+          .is_blurred = is_shaded && request.intrinsics.f_number != 0,
+          .has_markers = request.markers,
+          .path_samples = is_shaded ? path_samples : 0};
+}
 
 ImageRequestRegistry::Refused ImageRequestRegistry::refuse(RequesterId requester,
                                                            const wire::ImageRequest& request,
@@ -138,6 +158,7 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
     const std::optional<Shown> now = shown(requester);
     if (!now) continue;
     ImageDemand demand{requester, 0, 0};
+    const Entry* first = nullptr;
     for (auto at = places.begin(); at != places.end();) {
       const wire::ImageRequest& request = at->second.request;
       const Action action =
@@ -151,9 +172,12 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
         continue;
       }
       if (action != Action::wait) {
-        const uint64_t cost = image_cost(request.intrinsics.width, request.intrinsics.height);
-        demand.cost += cost;
-        demand.largest = std::max(demand.largest, cost);
+        const uint64_t each = cost(request);
+        demand.cost += each;
+        if (!first || order(request, at->second.last_ns) < order(first->request, first->last_ns)) {
+          first = &at->second;
+          demand.first = each;
+        }
       }
       ++at;
     }
@@ -171,13 +195,11 @@ std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(RequesterId req
     if (entry.request.epoch != shown.epoch) continue;
     const Action action = action_now(entry, shown.sequence, now_ns);
     if (action != Action::render && action != Action::render_last) continue;
-    due.push_back({requester, entry.request, entry.rendered + 1, shown.sequence, shown.sim_time_ns, now_ns});
+    due.push_back({requester, entry.request, entry.rendered + 1, shown.sequence, shown.sim_time_ns, now_ns,
+                   entry.last_ns});
   }
-  // Images of the same size and outputs become neighbours, so that one submission can draw them.
   std::stable_sort(due.begin(), due.end(), [](const Due& a, const Due& b) {
-    const wire::Intrinsics &of_a = a.request.intrinsics, &of_b = b.request.intrinsics;
-    return std::tuple(of_a.width, of_a.height, a.request.outputs) <
-           std::tuple(of_b.width, of_b.height, b.request.outputs);
+    return order(a.request, a.last_ns) < order(b.request, b.last_ns);
   });
   return due;
 }

@@ -23,9 +23,13 @@ struct ImageAbilities {
   uint32_t outputs = wire::kColorSrgb8;
   bool lenses = false;                              // lens distortion
   bool thin_lenses = false;                         // depth of field
+  uint32_t path_samples = 0;                        // of colours; 0: their paths are not traced
   uint64_t max_pixel_bytes = wire::kMaxPixelBytes;  // of one image
   uint64_t max_open_bytes = uint64_t{1} << 30;  // limit of one requester's open requests if it has no budget
 };
+
+// For image_cost(). path_samples: of colours, 0: their paths are not traced.
+ImageEffort effort_of(const wire::ImageRequest& request, uint32_t path_samples);
 
 // Open requests of each requester and their due times. It checks requests against the renderer's abilities
 // and the peer's budget, and refuses the others (SPEC.md, section 13).
@@ -44,6 +48,7 @@ class ImageRequestRegistry {
     uint64_t sequence = 0;
     int64_t sim_time_ns = 0;
     int64_t due_ns = 0;
+    int64_t last_ns = 0;  // due_ns of its last image
   };
   // The pose frame of a stream that is shown. sequence 0: no frame yet.
   struct Shown {
@@ -66,8 +71,14 @@ class ImageRequestRegistry {
   // Demands of all requesters with due images, sorted by requester. Requests that can no longer be served are
   // closed, and their refusals are appended to `refused`.
   std::vector<ImageDemand> demands(const ShownOf& shown, int64_t now_ns, std::vector<Refused>& refused);
-  // Due images of one requester, grouped by size and outputs. They stay due until mark_rendered() is called.
+  // Due images of one requester, those that wait longest first, grouped by size and outputs. They stay due
+  // until mark_rendered() is called.
   std::vector<Due> due(RequesterId requester, const Shown& shown, int64_t now_ns) const;
+  // Render cost of one image, as in demands().
+  uint64_t cost(const wire::ImageRequest& request) const {
+    return image_cost(request.intrinsics.width, request.intrinsics.height,
+                      effort_of(request, abilities_.path_samples));
+  }
   // Marks an image as rendered. Does nothing if its request is closed.
   void mark_rendered(const Due& due);
 

@@ -1,6 +1,8 @@
 #include "renderer/state/image_scheduler.h"
 
 #include <algorithm>
+#include <bit>
+#include <limits>
 
 #include "base/error.h"
 
@@ -23,7 +25,44 @@ void smooth(double& average, double sample) {
   average = average > 0 ? 0.75 * average + 0.25 * sample : sample;
 }
 
+// Index of ImageTimes: a size is four times the next smaller one.
+size_t size_of(uint64_t image_cost) {
+  constexpr uint64_t kSmallest = 256;
+  const auto bits = static_cast<size_t>(std::bit_width(image_cost / kSmallest));
+  return std::min<size_t>((bits + 1) / 2, 19);
+}
+
+// Single slow images, such as those that compile pipelines, count as so many times the average at most.
+constexpr double kMaxGrowth = 4;
+
+// Cost of a submission of several images before the first measurement.
+constexpr uint64_t kMaxUnmeasuredCost = 1 << 20;
+
 }  // namespace
+
+void ImageTimes::add(uint64_t cost, uint64_t images, double ns) {
+  if (cost == 0) return;
+  double& average = ns_per_cost_[size_of(cost / std::max<uint64_t>(images, 1))];
+  const double sample = ns / static_cast<double>(cost);
+  smooth(average, average > 0 ? std::min(sample, kMaxGrowth * average) : sample);
+}
+
+double ImageTimes::measured(uint64_t image_cost) const {
+  const size_t size = size_of(image_cost);
+  for (size_t i = size; i < kSizes; ++i)
+    if (ns_per_cost_[i] > 0) return ns_per_cost_[i];
+  for (size_t i = size; i-- > 0;)
+    if (ns_per_cost_[i] > 0) return ns_per_cost_[i];
+  return 0;
+}
+
+double ImageTimes::ns_per_cost(uint64_t image_cost, const ImageTimes& others) const {
+  const double own = ns_per_cost_[size_of(image_cost)];
+  if (own > 0) return own;
+  // Of other sizes: a single slow image, such as the first one, says little about others.
+  const double of_others = kUnmeasured * others.measured(image_cost), of_sizes = measured(image_cost);
+  return of_sizes > 0 ? std::min(of_sizes, of_others) : of_others;
+}
 
 void ImageScheduler::note_demands(std::span<const ImageDemand> demands, int64_t now_ns) {
   std::erase_if(accounts_, [&](const Entry& entry) {
@@ -42,9 +81,11 @@ void ImageScheduler::note_demands(std::span<const ImageDemand> demands, int64_t 
     if (account.due_since_ns) continue;
     account.due_since_ns = now_ns;
     if (account.finished_ns && account.in_flight == 0)
-      smooth(account.pause_ns, static_cast<double>(now_ns - *account.finished_ns));
+      smooth(account.pause_ns,
+             static_cast<double>(std::max<int64_t>(noted_ns_.value_or(now_ns) - *account.finished_ns, 0)));
     account.start = std::max(virtual_now_, account.finish);
   }
+  noted_ns_ = now_ns;
 }
 
 std::optional<RequesterId> ImageScheduler::next(std::span<const ImageDemand> demands, int64_t now_ns) {
@@ -82,9 +123,15 @@ double ImageScheduler::tolerated_ns(const Account& account, int64_t now_ns) {
   return std::max(period_ns, since(account.active_ns));
 }
 
-double ImageScheduler::estimate_ns(const Account& account, uint64_t cost) const {
-  return static_cast<double>(cost) *
-         (account.ns_per_cost > 0 ? account.ns_per_cost : kUnmeasured * ns_per_cost_);
+uint64_t ImageScheduler::max_cost(RequesterId requester, uint64_t image_cost, int64_t span_ns,
+                                  int64_t now_ns) const {
+  const auto known = accounts_.find(requester);
+  if (!is_waiting_allowed_ || known == accounts_.end() || is_alone(requester, now_ns))
+    return std::numeric_limits<uint64_t>::max();
+  const double each_ns = known->second.times.ns_per_cost(image_cost, times_);
+  if (each_ns <= 0) return kMaxUnmeasuredCost;
+  const double cost = static_cast<double>(std::max<int64_t>(span_ns, 0)) / each_ns;
+  return cost < 1e15 ? static_cast<uint64_t>(cost) : std::numeric_limits<uint64_t>::max();
 }
 
 bool ImageScheduler::may_begin(const Entry& entry, const ImageDemand& demand, int64_t now_ns) const {
@@ -92,8 +139,8 @@ bool ImageScheduler::may_begin(const Entry& entry, const ImageDemand& demand, in
   if (!is_waiting_allowed_ || is_alone(requester, now_ns)) return true;
   if (account.in_flight > 0) return false;  // its previous turn is in flight
   const double turn_ns =
-      std::min(estimate_ns(account, demand.cost),
-               std::max(static_cast<double>(slice_ns_), estimate_ns(account, demand.largest)));
+      std::min(estimate_ns(account, demand.cost, demand.first),
+               std::max(static_cast<double>(slice_ns_), estimate_ns(account, demand.first, demand.first)));
   for (const auto& requester_account : accounts_) {
     const RequesterId other_requester = requester_account.first;  // clang 14 captures no structured bindings
     const auto& other = requester_account.second;
@@ -111,33 +158,48 @@ bool ImageScheduler::may_begin(const Entry& entry, const ImageDemand& demand, in
   return true;
 }
 
-void ImageScheduler::submitted(RequesterId requester, uint64_t cost, int64_t now_ns) {
+void ImageScheduler::submitted(RequesterId requester, uint64_t cost, uint64_t images, int64_t now_ns) {
   Account& account = accounts_[requester];
   ++account.in_flight;
   account.active_ns = now_ns;
-  account.finish = std::max(account.finish, account.start) + static_cast<double>(cost);
+  const double estimate = estimate_ns(account, cost, cost / std::max<uint64_t>(images, 1));
+  account.finish = std::max(account.finish, account.start) + estimate;
   account.start = account.finish;
-  flights_.push_back({requester, cost, estimate_ns(account, cost), now_ns});
+  flights_.push_back({requester, cost, images, estimate, now_ns});
 }
 
 void ImageScheduler::finished(int64_t begin_ns, int64_t end_ns) {
   FIRE3DV_ASSERT(!flights_.empty());
   const Flight flight = flights_.front();
   flights_.erase(flights_.begin());
-  const int64_t took_ns = std::max<int64_t>(end_ns - begin_ns, 0);
+  const auto took_ns = static_cast<double>(std::max<int64_t>(end_ns - begin_ns, 0));
   Account& account = accounts_[flight.requester];
   --account.in_flight;
   account.active_ns = end_ns;
   account.finished_ns = end_ns;
+  const double correction_ns = took_ns - flight.estimate_ns;
+  account.start += correction_ns;
+  account.finish += correction_ns;
+  account.times.add(flight.cost, flight.images, took_ns);
+  times_.add(flight.cost, flight.images, took_ns);
+  add_turn_time(flight.requester, begin_ns, end_ns);
+}
+
+void ImageScheduler::spent(RequesterId requester, int64_t begin_ns, int64_t end_ns) {
+  const auto known = accounts_.find(requester);
+  if (known == accounts_.end() || end_ns <= begin_ns) return;
+  known->second.start += static_cast<double>(end_ns - begin_ns);
+  known->second.finish += static_cast<double>(end_ns - begin_ns);
+  add_turn_time(requester, begin_ns, end_ns);
+}
+
+// Other requesters get quiet time for the part of the turn that exceeds their period.
+void ImageScheduler::add_turn_time(RequesterId requester, int64_t begin_ns, int64_t end_ns) {
+  Account& account = accounts_[requester];
   const double turn_before_ns = account.turn_ns;
-  account.turn_ns += static_cast<double>(took_ns);
-  if (flight.cost > 0) {
-    const double ns_per_cost = static_cast<double>(took_ns) / static_cast<double>(flight.cost);
-    smooth(account.ns_per_cost, ns_per_cost);
-    smooth(ns_per_cost_, ns_per_cost);
-  }
-  for (auto& [requester, other] : accounts_) {
-    if (requester == flight.requester || !is_active(other, begin_ns)) continue;
+  account.turn_ns += static_cast<double>(std::max<int64_t>(end_ns - begin_ns, 0));
+  for (auto& [other_requester, other] : accounts_) {
+    if (other_requester == requester || !is_active(other, begin_ns)) continue;
     const double tolerated = tolerated_ns(other, begin_ns);
     const double more_ns =
         std::max(account.turn_ns - tolerated, 0.0) - std::max(turn_before_ns - tolerated, 0.0);

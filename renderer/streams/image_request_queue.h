@@ -86,6 +86,7 @@ class ImageRequestQueue final : public ImageRequestHandler {
   std::vector<state::ImageDemand> demands(int64_t now_ns);
   // Due images of one stream; they stay due until mark_rendered().
   std::vector<Due> due(state::RequesterId requester, int64_t now_ns) const;
+  uint64_t cost(const wire::ImageRequest& request) const { return registry_.cost(request); }
   void mark_rendered(const Due& due) { registry_.mark_rendered(due); }
   // Closes the request of this image.
   void refuse(const Due& due, wire::ImageRefusal reason, const std::string& why);

@@ -219,6 +219,28 @@ TEST_F(ImageBookTest, ImagesStayDue) {
   EXPECT_EQ(refused_[0].answer.request, 2u);
 }
 
+// A turn may end before all images are drawn: those that wait longest are the first of the next one.
+TEST_F(ImageBookTest, ImagesThatWaitLongestAreFirst) {
+  for (uint64_t id = 1; id <= 4; ++id) {
+    wire::ImageRequest r = request(id, wire::ImageWhen::every_nth);
+    r.intrinsics.width = id == 4 ? 16 : 64;
+    r.every = 1;
+    ASSERT_FALSE(requests_.add(1, r));
+  }
+  const auto draw_two = [&](uint64_t sequence, int64_t now_ns) {
+    Ids ids;
+    for (const auto& one : requests_.due(1, {kRequestsEpoch, sequence, 0}, now_ns)) {
+      if (ids.size() == 2) break;
+      ids.push_back(one.request.id);
+      requests_.mark_rendered(one);
+    }
+    return ids;
+  };
+  EXPECT_EQ(draw_two(1, 10), (Ids{4, 1})) << "the small one is a group of its own";
+  EXPECT_EQ(draw_two(2, 20), (Ids{2, 3}));
+  EXPECT_EQ(draw_two(3, 30), (Ids{4, 1}));
+}
+
 TEST_F(ImageBookTest, DemandCostsDueImages) {
   ASSERT_FALSE(requests_.add(1, request(1, wire::ImageWhen::once)));
   ASSERT_FALSE(requests_.add(1, request(2, wire::ImageWhen::once)));
@@ -227,7 +249,7 @@ TEST_F(ImageBookTest, DemandCostsDueImages) {
   const std::vector<ImageDemand> demands = requests_.demands(shown, 0, refused_);
   ASSERT_EQ(demands.size(), 1u);
   EXPECT_EQ(demands[0].cost, 2 * image_cost(64, 48));
-  EXPECT_EQ(demands[0].largest, image_cost(64, 48));
+  EXPECT_EQ(demands[0].first, image_cost(64, 48));
 }
 
 TEST_F(ImageBookTest, BudgetBoundsOpenRequests) {

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <map>
 
 #include "renderer/state/image_scheduler.h"
@@ -44,7 +46,7 @@ class Device {
       Peer& peer = peers.at(*requester);
       const int64_t slice_end_ns = now_ns_ + kSliceNs;
       do {
-        turns_.submitted(*requester, peer.image_cost, now_ns_);
+        turns_.submitted(*requester, peer.image_cost, 1, now_ns_);
         turns_.finished(now_ns_, now_ns_ + peer.image_ns);
         now_ns_ += peer.image_ns;
         order.push_back(*requester);
@@ -106,6 +108,94 @@ TEST(ImageScheduler, SmallImagesShareASlice) {
   EXPECT_GE(device.peers[2].made, 6'000u);
 }
 
+// Turns of others delay the noted end of its pauses.
+TEST(ImageScheduler, PeerThatComesLaterKeepsHalfItsRate) {
+  Device alone;
+  alone.peers[1] = kVictim;
+  const uint64_t rate = alone.made_within(1, kSecondNs);
+  Device device;
+  device.peers[2] = {.image_cost = 100, .image_ns = kMsNs, .images = 1000};
+  device.run(kSecondNs);
+  device.peers[1] = kVictim;
+  EXPECT_GE(device.made_within(1, 20 * kSecondNs), 12 * rate);
+  EXPECT_GE(device.peers[2].made, 5'000u);
+}
+
+TEST(ImageScheduler, CostsAreScaledToMeasuredTimes) {
+  Device device;
+  device.peers[1] = {.image_cost = 500, .image_ns = 5 * kMsNs};
+  device.peers[2] = {.image_cost = 100, .image_ns = 5 * kMsNs};
+  device.run(kSecondNs);
+  device.order.clear();
+  device.run(2 * kSecondNs);
+  const auto of_first = static_cast<size_t>(std::count(device.order.begin(), device.order.end(), 1));
+  EXPECT_NEAR(static_cast<double>(of_first), static_cast<double>(device.order.size()) / 2, 10);
+}
+
+TEST(ImageScheduler, SubmissionsBesideOthersFitASlice) {
+  constexpr uint64_t kUnlimited = std::numeric_limits<uint64_t>::max();
+  ImageScheduler turns(kSliceNs);
+  const ImageDemand greedy{1, 1'000'000, 1000}, other{2, 10, 10};
+  turns.note_demands({&greedy, 1}, 0);
+  EXPECT_EQ(turns.max_cost(1, 1000, kSliceNs, 0), kUnlimited) << "it is alone";
+  const std::array<ImageDemand, 2> both = {greedy, other};
+  turns.note_demands(both, kMsNs);
+  EXPECT_LT(turns.max_cost(1, 1000, kSliceNs, kMsNs), kUnlimited) << "nothing is measured yet";
+  turns.submitted(1, 1000, 1, kMsNs);
+  turns.finished(kMsNs, 2 * kMsNs);
+  EXPECT_EQ(turns.max_cost(1, 1000, kSliceNs, 2 * kMsNs), 50'000u) << "50 ms at 1000 a millisecond";
+  ImageScheduler lockstep(kSliceNs, false);
+  lockstep.note_demands(both, 0);
+  EXPECT_EQ(lockstep.max_cost(1, 1000, kSliceNs, 0), kUnlimited);
+}
+
+// The first image of a requester may take long, such as by compiling its pipelines; it says little about
+// others.
+TEST(ImageScheduler, SlowFirstImageDoesNotBlockLargerOnes) {
+  ImageScheduler turns(kSliceNs);
+  const std::array<ImageDemand, 2> both = {ImageDemand{1, 20'000, 20'000},
+                                           ImageDemand{2, 1'000'000, 1'000'000}};
+  turns.note_demands(both, 0);
+  turns.submitted(1, 20'000, 1, 0);
+  turns.finished(0, kMsNs);
+  turns.submitted(2, 16'500, 1, kMsNs);
+  turns.finished(kMsNs, 300 * kMsNs);
+  EXPECT_GT(turns.max_cost(2, 1'000'000, kSecondNs, 300 * kMsNs), 2'000'000u) << "as fast as those of others";
+  EXPECT_LT(turns.max_cost(2, 16'500, kSliceNs, 300 * kMsNs), 16'500u);
+}
+
+// Copies of a requester's images delay others as its images do.
+TEST(ImageScheduler, HostTimeCounts) {
+  ImageScheduler turns(kSliceNs);
+  const std::array<ImageDemand, 2> both = {ImageDemand{1, 1000, 1000}, ImageDemand{2, 1000, 1000}};
+  int64_t now_ns = 0;
+  for (int i = 0; i < 8; ++i, now_ns += kMsNs) {
+    turns.note_demands(both, now_ns);
+    const auto requester = turns.next(both, now_ns);
+    ASSERT_TRUE(requester);
+    turns.submitted(*requester, 1000, 1, now_ns);
+    turns.finished(now_ns, now_ns + kMsNs);
+  }
+  turns.spent(2, now_ns, now_ns + 20 * kMsNs);
+  now_ns += 20 * kMsNs;
+  for (int i = 0; i < 10; ++i, now_ns += kMsNs) {
+    turns.note_demands(both, now_ns);
+    ASSERT_EQ(turns.next(both, now_ns), 1u) << i;
+    turns.submitted(1, 1000, 1, now_ns);
+    turns.finished(now_ns, now_ns + kMsNs);
+  }
+}
+
+TEST(ImageCost, GrowsWithWhatIsDrawn) {
+  const uint64_t plain = image_cost(100, 100);
+  EXPECT_EQ(plain, 26'384u);
+  EXPECT_GT(image_cost(100, 100, {.outputs = 4}), plain);
+  EXPECT_GT(image_cost(100, 100, {.is_distorted = true}), plain);
+  EXPECT_GT(image_cost(100, 100, {.is_blurred = true}), plain);
+  EXPECT_GT(image_cost(100, 100, {.has_markers = true}), plain);
+  EXPECT_GT(image_cost(100, 100, {.path_samples = 64}), 32 * 10'000u);
+}
+
 TEST(ImageScheduler, EqualPeersDoNotWait) {
   Device device;
   for (uint64_t peer = 1; peer <= 4; ++peer)
@@ -154,10 +244,10 @@ TEST(ImageScheduler, EstimatesTheTimeInFlight) {
   turns.note_demands({&demand, 1}, 0);
   EXPECT_EQ(turns.next({&demand, 1}, 0), 1u);
   EXPECT_EQ(turns.remaining_ns(0), 0);
-  turns.submitted(1, 1000, 0);
+  turns.submitted(1, 1000, 1, 0);
   EXPECT_EQ(turns.remaining_ns(0), std::nullopt) << "nothing is measured yet";
   turns.finished(0, 5 * kMsNs);
-  turns.submitted(1, 2000, 5 * kMsNs);
+  turns.submitted(1, 2000, 1, 5 * kMsNs);
   EXPECT_EQ(turns.remaining_ns(5 * kMsNs), 10 * kMsNs);
   EXPECT_EQ(turns.remaining_ns(9 * kMsNs), 6 * kMsNs);
   EXPECT_GT(turns.remaining_ns(30 * kMsNs), 20 * kMsNs) << "late: it may take as long again";
