@@ -170,6 +170,25 @@ std::string_view without_extra_ends(std::string_view text) {
 
 // Parsers differ on where unusual constructs end. Text inside a comment for one parser would be elements for
 // another, so only constructs that all parsers read alike are accepted.
+namespace {
+
+// Parsers compare each attribute of an element with all before it.
+constexpr size_t kMaxAttributes = 1000;
+
+// Number of quoted values in a tag.
+size_t count_values(std::string_view tag) {
+  size_t count = 0;
+  for (size_t at = tag.find_first_of("\"'"); at != std::string_view::npos;
+       at = tag.find_first_of("\"'", at + 1)) {
+    at = tag.find(tag[at], at + 1);
+    if (at == std::string_view::npos) break;
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
 Result<std::string> xml_root(std::string_view text) {
   text = without_extra_ends(text);
   std::string root;
@@ -215,6 +234,8 @@ Result<std::string> xml_root(std::string_view text) {
       if (rest.size() < 2 || !is_letter(rest[1]))
         return refuse("'<' stands before no name; as text it is &lt;");
       if (root.empty()) root = tag.substr(0, tag.find_first_of(" \t\r\n/"));
+      if (count_values(tag) > kMaxAttributes)
+        return refuse("an element with more than " + std::to_string(kMaxAttributes) + " attributes");
       if (!tag.ends_with('/') && ++depth > kMaxDepth)
         return refuse("more than " + std::to_string(kMaxDepth) + " elements inside each other");
     }

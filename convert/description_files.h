@@ -55,8 +55,8 @@ Result<DescriptionKind> kind_of(const std::filesystem::path& file, std::string_v
 // twice.
 std::string_view without_extra_ends(std::string_view text);
 
-// Returns the name of the root element. Refuses more than 100 nested elements, entity definitions and
-// constructs that parsers read differently. Empty: not XML. The error names the line.
+// Returns the name of the root element. Refuses more than 100 nested elements, 1000 attributes of one, entity
+// definitions and constructs that parsers read differently. Empty: not XML. The error names the line.
 Result<std::string> xml_root(std::string_view text);
 
 }  // namespace fire3dv::convert

@@ -60,6 +60,10 @@ class Lines {
   size_t number_ = 1, physical_ = 0;
 };
 
+// assimp compares the name of each object with all before it, so that more of them become groups, which are
+// nodes as well.
+constexpr size_t kMaxObjects = 4096;
+
 class ObjChecker {
  public:
   Result<ObjText> check(std::string_view file) {
@@ -70,6 +74,7 @@ class ObjChecker {
       std::string_view rest = line;
       const std::string_view word = next_word(rest);
       for (size_t kind = 0; kind < kKinds; ++kind) totals_[kind] += word == kStatements[kind] ? 1 : 0;
+      objects_ += word == "o" ? 1 : 0;
     }
     Result<void> read = read_lines(file);
     // Faces that precede their damaged vertex need another pass, which knows those vertices.
@@ -116,6 +121,8 @@ class ObjChecker {
         add_numbers(kNormal, rest, 3, 3);
       else if (word == "f" || word == "fo")
         done = add_face(rest);
+      else if (word == "o" && objects_ > kMaxObjects)
+        add_line("g " + std::string(rest));
       else if (word != "l" && word != "p" && !word.empty() && word[0] != '#')
         add_line(line);
       if (!done) return done;
@@ -309,6 +316,7 @@ class ObjChecker {
   ObjText result_;
   size_t line_ = 0;
   uint64_t counts_[kKinds] = {}, totals_[kKinds] = {};
+  size_t objects_ = 0;  // in the file
   bool has_faces_ = false;
   std::vector<std::array<uint64_t, kKinds>> corners_;
   uint64_t faces_ = 0;

@@ -47,6 +47,11 @@ TEST(DescriptionKind, HarmfulXmlIsRefusedByLine) {
   std::string deep = "<robot>\n";
   for (int i = 0; i < 100'000; ++i) deep += "<a>";
   EXPECT_NE(refused(deep).find("line 2: more than 100 elements inside each other"), std::string::npos);
+  // Parsers compare each attribute with all others.
+  std::string wide = "<robot>\n<a";
+  for (int i = 0; i < 1001; ++i) wide += " b" + std::to_string(i) + "='\"=\"'";
+  EXPECT_NE(refused(wide + "/></robot>").find("line 2: an element with more than 1000 attributes"),
+            std::string::npos);
   EXPECT_NE(refused("<robot>\n\n<link name=\"a>").find("line 3"), std::string::npos);
   EXPECT_NE(refused("<robot>\n<!-- never closed").find("line 2"), std::string::npos);
   std::string wide = "<robot>";
