@@ -22,6 +22,7 @@
 #include "renderer/streams/frame_loss_monitor.h"
 #include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
+#include "renderer/streams/stream_admission.h"
 
 namespace fire3dv::app {
 
@@ -151,8 +152,10 @@ class StreamReceiver final : public ImageReplies {
     int64_t throttled_until_ns = 0;  // no message is handled before
     int64_t last_message_ns = 0;
     std::optional<EpochConflict> conflict;
-    bool is_paused = false;      // its link stores further messages
-    uint64_t refused_epoch = 0;  // epoch that lost its conflict
+    std::string host;                 // see StreamAdmission
+    bool is_awaiting_stream = false;  // its description waits for the admission of its host
+    bool is_paused = false;           // its link stores further messages
+    uint64_t refused_epoch = 0;       // epoch that lost its conflict
     int64_t refused_ns = 0;
     uint32_t rejected = 0;
     uint64_t answered_poll = 0;      // poll of the last reply to an unreadable message
@@ -222,6 +225,7 @@ class StreamReceiver final : public ImageReplies {
   void report_losses(Peer peer, PeerStream& stream);
   // Returns false if undecided; the message must be handled again.
   bool handle_description(Peer peer, const wire::StreamDescription& description);
+  bool admit(Peer peer, const wire::StreamDescription& description);
   void accept_stream(Peer peer, const wire::StreamDescription& description, uint64_t reservation);
   void refuse_version(Peer peer, const wire::StreamDescription& description);
   void refuse_description(Peer peer, uint64_t epoch, wire::WelcomeStatus status, const std::string& reason);
@@ -263,6 +267,7 @@ class StreamReceiver final : public ImageReplies {
   std::map<Peer, PeerState> peers_;
   std::vector<Peer> turns_;  // scratch memory of handle_deferred()
   Peer last_turn_{};
+  StreamAdmission admission_;
   uint64_t polls_ = 0, last_number_ = 0;
   std::map<Peer, PeerStream> stream_of_peer_;
   std::vector<SuspendedStream> suspended_;

@@ -27,7 +27,10 @@ bool StreamReceiver::receive(Peer peer, const transport::LinkEvent& event) {
     return false;
   }
   PeerState& state = peers_[peer];
-  if (event.kind == Kind::connected) state.budget = listeners_[peer.first]->budget(peer.second);
+  if (event.kind == Kind::connected) {
+    state.budget = listeners_[peer.first]->budget(peer.second);
+    state.host = host_of_peer(budget_of(peer)->name());
+  }
   if (event.kind == Kind::pose || event.kind == Kind::control)
     state.last_message_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
   if (!lockstep_ && state.deferred.empty() && has_time(state)) return handle_timed(peer, state, event);
@@ -101,12 +104,13 @@ bool StreamReceiver::handle_deferred() {
   return changed;
 }
 
-// Conflicts are decided by the time of a peer's last message, so its link is not paused. In lockstep no link
-// is read while messages are deferred.
+// Conflicts are decided by the time of a peer's last message, so its link is not paused; nor is that of a
+// peer that awaits its stream, so that its end is seen. In lockstep no link is read while messages are
+// deferred.
 void StreamReceiver::pause_deferred_peers() {
   if (lockstep_) return;
   for (auto& [peer, state] : peers_) {
-    const bool is_paused = !state.deferred.empty() && !state.conflict;
+    const bool is_paused = !state.deferred.empty() && !state.conflict && !state.is_awaiting_stream;
     if (std::exchange(state.is_paused, is_paused) != is_paused)
       listeners_[peer.first]->pause_peer(peer.second, is_paused);
   }
@@ -127,7 +131,9 @@ bool StreamReceiver::handle_in_order() {
 }
 
 void StreamReceiver::store(Peer peer, PeerState& state, const transport::LinkEvent& event) {
-  if (event.kind == Kind::disconnected && state.conflict) {  // disconnected before the decision
+  // Disconnected before the decision, or before its description is accepted.
+  if (event.kind == Kind::disconnected && (state.conflict || state.is_awaiting_stream)) {
+    if (std::exchange(state.is_awaiting_stream, false)) state.throttled_until_ns = 0;
     state.conflict.reset();
     state.deferred.clear();
     state.charge.release();

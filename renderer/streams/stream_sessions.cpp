@@ -155,6 +155,7 @@ bool StreamReceiver::handle_description(Peer peer, const wire::StreamDescription
     return entry.second.epoch == description.epoch && entry.first != peer && entry.first.first == peer.first;
   });
   if (older == stream_of_peer_.end()) {
+    if (known == stream_of_peer_.end() && !admit(peer, description)) return false;
     if (known != stream_of_peer_.end())
       accept_stream(peer, description, suspend_stream(peer, "it began anew", false));
     else
@@ -168,6 +169,23 @@ bool StreamReceiver::handle_description(Peer peer, const wire::StreamDescription
     return true;
   }
   begin_conflict(peer, description, older->first);
+  return false;
+}
+
+// Each new stream binds nodes and may replace the scene, so that those of one host are paced while other
+// streams are shown. Returns false if the description waits.
+bool StreamReceiver::admit(Peer peer, const wire::StreamDescription& description) {
+  PeerState& state = peers_.at(peer);
+  state.is_awaiting_stream = false;
+  if (lockstep_ || stream_of_peer_.empty()) return true;
+  const std::optional<int64_t> until_ns = admission_.wait_until_ns(state.host, now_ns_);
+  if (!until_ns) return true;
+  state.is_awaiting_stream = true;
+  state.throttled_until_ns = std::max(state.throttled_until_ns, *until_ns);
+  if (admission_.take_notice(state.host, now_ns_))
+    log(warning("stream \"" + name_of(description) + "\" waits: " + state.host + " begins more than " +
+                std::to_string(static_cast<int>(StreamAdmission::kPerSecond)) +
+                " streams a second, and others are shown; keep its connections open"));
   return false;
 }
 

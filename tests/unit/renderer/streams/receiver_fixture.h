@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 
 #include "protocol/wire/encode.h"
 #include "renderer/streams/image_request_queue.h"
@@ -38,6 +39,10 @@ class ScriptedListener final : public transport::ListenerLink {
     script_.push_back({kind, peer, std::move(message), std::move(text)});
   }
 
+  std::shared_ptr<PeerBudget> budget(PeerId peer) const override {
+    const auto known = budgets.find(peer);
+    return known == budgets.end() ? nullptr : known->second;
+  }
   bool carries_images() const override { return carries; }
   bool send_image(PeerId peer, uint64_t request, std::span<const std::byte>, size_t pixel_bytes,
                   const FillPixels& fill) override {
@@ -55,6 +60,7 @@ class ScriptedListener final : public transport::ListenerLink {
     std::vector<std::byte> pixels;
   };
   std::vector<Image> images;
+  std::map<PeerId, std::shared_ptr<PeerBudget>> budgets;
   bool carries = true;
   std::string address = "test://listener";
 

@@ -156,6 +156,50 @@ TEST_F(StreamReceiverTest, LongEditsMakeRests) {
   EXPECT_EQ(poses_.streams()[0].edits_received, 2u);
 }
 
+TEST_F(StreamReceiverTest, NewStreamsOfOneHostArePaced) {
+  const std::shared_ptr<BudgetPool> pool = BudgetPool::create();
+  PeerId last = 0;
+  const auto connect = [&](const std::string& host) {
+    link_->budgets[++last] = pool->add_peer("tcp://renderer:1 from " + host);
+    link_->deliver(last, LinkEvent::Kind::connected);
+    link_->deliver(last, LinkEvent::Kind::control,
+                   description(last, "s" + std::to_string(last), {"nothing"}));
+  };
+  connect("10.0.0.1");
+  receiver_.poll();
+  constexpr auto kBurst = static_cast<size_t>(StreamAdmission::kBurst);
+  for (size_t i = 0; i < kBurst + 6; ++i) connect("10.0.0.2");
+  receiver_.poll();
+  EXPECT_EQ(receiver_.active_streams(), 1 + kBurst);
+  EXPECT_EQ(receiver_.deferred_messages(), 6u);
+  EXPECT_EQ(count_of(receiver_.take_log_messages(), "waits: 10.0.0.2 begins more than 8 streams a second"),
+            1u);
+  // Whoever leaves frees its place in the queue.
+  for (PeerId peer = last - 3; peer <= last; ++peer)
+    link_->deliver(peer, LinkEvent::Kind::disconnected, {}, "gone");
+  receiver_.poll();
+  receiver_.poll();
+  EXPECT_EQ(receiver_.deferred_messages(), 2u);
+  connect("10.0.0.3");
+  receiver_.poll();
+  EXPECT_EQ(receiver_.active_streams(), 2 + kBurst) << "another host does not wait";
+  now_ns_ += 130'000'000;
+  receiver_.poll();
+  EXPECT_EQ(receiver_.active_streams(), 3 + kBurst);
+  now_ns_ += 130'000'000;
+  receiver_.poll();
+  EXPECT_EQ(receiver_.active_streams(), 4 + kBurst);
+  EXPECT_EQ(receiver_.deferred_messages(), 0u);
+}
+
+TEST(StreamAdmission, HostsAreWithoutPorts) {
+  EXPECT_EQ(host_of_peer("tcp://0.0.0.0:1 from 127.0.0.1"), "127.0.0.1");
+  EXPECT_EQ(host_of_peer("udp://0.0.0.0:1 from 127.0.0.1:7345"), "127.0.0.1");
+  EXPECT_EQ(host_of_peer("udp://[::]:1 from [::1]:7345"), "::1");
+  EXPECT_EQ(host_of_peer("tcp://[::]:1 from fe80::1"), "fe80::1");
+  EXPECT_EQ(host_of_peer("shm://demo peer 1"), "shm://demo peer 1");
+}
+
 TEST_F(StreamReceiverTest, OversizedDescriptionIsRefused) {
   PeerLimits limits;
   limits.of(Resource::names) = 10;
