@@ -309,6 +309,7 @@ void RendererMetrics::write_edits(metrics::Exposition& page, const Numbers& numb
   page.sample({{"cause", "unmatched"}}, numbers.edit_faults.unmatched);
   page.sample({{"cause", "unfit"}}, numbers.edit_faults.unfit);
   page.sample({{"cause", "refused"}}, numbers.edit_faults.refused);
+  page.sample({{"cause", "skipped"}}, numbers.edit_faults.skipped);
 }
 
 }  // namespace fire3dv::app

@@ -136,6 +136,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     const Mark before = submitted();
     if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
     draw_round(frames, moment, {max_bytes, max_cost});
+    scene_.vertex_pacing().frame_recorded(frames.frame_index());
     report_samples();
     ImageBatchRenderer::Cost cost;  // devices draw side by side
     for (size_t device = 0; device < device_count(); ++device) {

@@ -71,13 +71,14 @@ bool LiveScene::follow() {
   const bool built = !build_.idle() && show_built();
   const bool varied = show_variant();
   std::vector<state::SceneChanges> changes = poses_.take_scene_changes();
+  bool shown = pace_edits(changes);
   const bool has_new_markers = markers_.take_from(changes);
   // The driver of a node may own it, so that its edits win.
   const bool rebound = bindings_seen_ != poses_.binding_revision();
   if (!built && !varied && !user_changed_ && changes.empty() && !can_build() &&
       (registry_.empty() || !rebound)) {
     updates_ += has_new_markers ? 1 : 0;
-    return false;
+    return shown;
   }
   ++updates_;
   bindings_seen_ = poses_.binding_revision();
@@ -91,9 +92,29 @@ bool LiveScene::follow() {
   resolve();
   if (built) list_ns_ += now_ns_() - list_begin_ns;
   begin_build_if_changed();
-  bool shown = false;
   for (const state::EditRegistry::Finished& edit : registry_.take_finished())
     shown |= poses_.finish_edit(edit.stream, edit.epoch, edit.version);
+  return shown;
+}
+
+// Returns true if a pose frame that waited for its edits is shown now.
+bool LiveScene::pace_edits(std::vector<state::SceneChanges>& changes) {
+  if (!paces_vertices_) return false;
+  const bool others_active = has_other_peers();
+  const int64_t now_ns = now_ns_();
+  bool shown = false;
+  for (state::SceneChanges& change : changes) {
+    for (const uint64_t version : vertex_pacing_.hold(change, others_active, now_ns))
+      shown |= poses_.finish_edit(change.stream, change.epoch, version);
+    if (!vertex_pacing_.take_notice(change.age)) continue;
+    log_messages_.push_back("warning: vertices of stream \"" + poses_.streams()[change.stream].name +
+                            "\" come faster than its share of the time allows beside other streams: the "
+                            "newest are shown, others are skipped; send fewer vertices, or less often");
+  }
+  for (state::SceneChanges& due : vertex_pacing_.take_due(others_active, now_ns))
+    changes.push_back(std::move(due));
+  std::erase_if(changes,
+                [](const state::SceneChanges& change) { return !change.ended && change.edits.empty(); });
   return shown;
 }
 
@@ -104,6 +125,7 @@ void LiveScene::apply_edits(std::vector<state::SceneChanges> changes) {
     const state::StreamId stream = change.stream;
     const bool is_charged = edit_time_ && !change.ended;
     if (edit_observer_) edit_observer_(change);
+    if (paces_vertices_) vertex_pacing_.applied(change, begin_ns);
     std::vector<state::SceneChanges> one;
     one.push_back(std::move(change));
     registry_.apply(std::move(one), &poses_.names());
@@ -310,13 +332,22 @@ void LiveScene::begin_build_if_changed() {
   list_ns_ += now_ns_() - begin_ns;
 }
 
+// More than one peer has streams.
+bool LiveScene::has_other_peers() const {
+  const PeerBudget* first = nullptr;
+  bool any = false;
+  for (state::StreamId id = 0; id < poses_.streams().size(); ++id) {
+    if (!poses_.streams()[id].active) continue;
+    const PeerBudget* const budget = poses_.budget(id).get();
+    if (std::exchange(any, true) && budget != first) return true;
+    first = budget;
+  }
+  return false;
+}
+
 // Charges the last replacement to the peers that caused it.
 void LiveScene::charge_replacement(int64_t shown_ns) {
-  std::set<const PeerBudget*> active;
-  for (state::StreamId id = 0; id < poses_.streams().size(); ++id) {
-    if (poses_.streams()[id].active) active.insert(poses_.budget(id).get());
-  }
-  const bool is_alone = active.size() <= 1;
+  const bool is_alone = !has_other_peers();
   shown_ns += std::exchange(list_ns_, 0);
   shares_.add({std::exchange(causes_, {}), merge_ns_, shown_ns, now_ns_(), is_alone});
   replacement_ns_ = merge_ns_ + (is_alone ? 1 : ReplacementShares::kRestOfShown) * shown_ns;

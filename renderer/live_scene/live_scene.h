@@ -18,6 +18,7 @@
 #include "renderer/live_scene/scene_build.h"
 #include "renderer/live_scene/scene_uploader.h"
 #include "renderer/live_scene/user_additions.h"
+#include "renderer/live_scene/vertex_pacing.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edits/addition.h"
 #include "renderer/state/edits/edit_registry.h"
@@ -52,6 +53,9 @@ class LiveScene {
   // Called with each change of a stream before follow() applies it.
   using EditObserver = std::function<void(const state::SceneChanges& change)>;
   void observe_edits(EditObserver observer) { edit_observer_ = std::move(observer); }
+  // Paces streamed vertices of several peers. Off by default, as for data sets and lockstep.
+  void pace_vertices(bool paces) { paces_vertices_ = paces; }
+  VertexPacing& vertex_pacing() { return vertex_pacing_; }
   // In effect after the next follow(); additions when their build is shown.
   void set_user_edits(const UserEdits& edits);
   const UserEdits& user_edits() const { return user_; }
@@ -123,7 +127,11 @@ class LiveScene {
   void note_drawn();
 
   void set_shows_markers(bool shows) { shows_markers_ = shows; }
-  const state::EditFaults& faults() const { return registry_.faults(); }
+  state::EditFaults faults() const {
+    state::EditFaults faults = registry_.faults();
+    faults.skipped = vertex_pacing_.skipped();
+    return faults;
+  }
   // Added nodes of the displayed scene that nobody requests any more: they are hidden.
   const std::set<uint32_t>& withdrawn_nodes() const { return withdrawn_; }
   uint64_t replaced() const { return replaced_; }  // number of replacements of the scene
@@ -154,7 +162,9 @@ class LiveScene {
   bool show_built();
   Result<void> upload_built(const SceneBuild::Built& built);
   void refuse_new(SceneBuild::Built&& built, const std::string& reason);
+  bool pace_edits(std::vector<state::SceneChanges>& changes);
   void apply_edits(std::vector<state::SceneChanges> changes);
+  bool has_other_peers() const;
   bool is_build_due(const ReplacementShares::Peer& peer) const;
   bool can_build() const;
   void update_request_list();
@@ -212,6 +222,8 @@ class LiveScene {
   std::set<ReplacementShares::Peer> pending_;     // peers with changes that are not in the scene yet
   std::vector<ReplacementShares::Cause> causes_;  // peers whose changes are being built, or were shown last
   ReplacementShares shares_;
+  VertexPacing vertex_pacing_;
+  bool paces_vertices_ = false;
   int64_t merge_ns_ = 0, list_ns_ = 0;  // of the last build: merging, and listing its nodes
   int64_t replacement_ns_ = 0;          // least pause between two replacements
   EditTime edit_time_;

@@ -116,11 +116,15 @@ void ReplacementShares::add(const Replacement& replacement) {
   for (const Cause& cause : replacement.causes) {
     const double share = static_cast<double>(weight_of(cause)) / weights;
     const auto part = [share](int64_t ns) { return static_cast<int64_t>(share * static_cast<double>(ns)); };
-    const int64_t rest_ns = replacement.is_alone ? kRestAlone * part(replacement.shown_ns)
-                                                 : kRestOfShown * part(replacement.shown_ns) +
-                                                       part(replacement.merge_ns) + cause.load_ns;
+    int64_t rest_ns = replacement.is_alone ? kRestAlone * part(replacement.shown_ns)
+                                           : kRestOfShown * part(replacement.shown_ns) +
+                                                 part(replacement.merge_ns) + cause.load_ns;
     Entry& entry = entries_[cause.peer.get()];
-    entry = {cause.peer, std::max(entry.earliest_ns, replacement.end_ns + rest_ns)};
+    const bool is_calm = replacement.end_ns - entry.earliest_ns > kCalmNs;
+    const int64_t streak = is_calm || replacement.is_alone ? 0 : entry.streak + 1;
+    const int64_t growth = std::min(1 + streak / kStreak, kMaxGrowth);
+    rest_ns = std::max(rest_ns, std::min(growth * rest_ns, kMaxGrownNs));
+    entry = {cause.peer, std::max(entry.earliest_ns, replacement.end_ns + rest_ns), streak};
   }
   newcomers_ns_ = std::max(newcomers_ns_, replacement.end_ns + replacement.shown_ns);
 }

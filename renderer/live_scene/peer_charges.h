@@ -59,7 +59,8 @@ class BuildTurns {
 
 // Shares of peers in the time that replaced scenes take on the render thread. A peer whose changes made the
 // scene be replaced rests before its next ones are built, so that it takes a quarter of that thread at most
-// while others are active, and half of it alone. Others do not wait for its rest.
+// while others are active, and half of it alone; the rest grows for a peer that changes the scene all the
+// time. Others do not wait for its rest.
 class ReplacementShares {
  public:
   using Peer = std::shared_ptr<PeerBudget>;  // null: streams without a budget, and those that have ended
@@ -84,11 +85,15 @@ class ReplacementShares {
   void add(const Replacement& replacement);
 
   static constexpr int64_t kRestOfShown = 3, kRestAlone = 1;
+  // Replacements one after the other, without a second of calm, rest longer: twice as long after so many, up
+  // to kMaxGrowth times, and kMaxGrownNs.
+  static constexpr int64_t kStreak = 16, kMaxGrowth = 8, kCalmNs = 1'000'000'000, kMaxGrownNs = 1'000'000'000;
 
  private:
   struct Entry {
     std::weak_ptr<PeerBudget> peer;
     int64_t earliest_ns = 0;
+    int64_t streak = 0;  // replacements without calm
   };
   std::map<const PeerBudget*, Entry> entries_;
   int64_t newcomers_ns_ = 0;

@@ -55,6 +55,15 @@ state::DrawTimePolicy::Measured measured_times(const gpu::FrameTimes& times) {
   return measured;
 }
 
+double milliseconds_of_deformation(const gpu::FrameTimes& times) {
+  double ms = 0;
+  for (const gpu::PassTime& pass : times.passes) {
+    const std::string_view name = pass.name;
+    if (name == "deform" || name == "deformed blas") ms += pass.milliseconds;
+  }
+  return ms;
+}
+
 }  // namespace
 
 FrameLoop::FrameLoop(const FrameLoopContext& context)
@@ -76,6 +85,7 @@ FrameLoop::FrameLoop(const FrameLoopContext& context)
   context_.scene.charge_edit_time(
       [this](state::StreamId stream, int64_t ns) { context_.receiver.add_edit_time(stream, ns); });
   frames_.time(gpu::Timed::passes);  // for statistics, metrics and panels
+  context_.scene.pace_vertices(!context_.options.lockstep && !wants_pixels());
   const bool is_delivered =
       context_.window || wants_pixels() || context_.options.frames != 0 || !context_.options.stats.empty();
   draws_for_browsers_only_ = context_.live_view && !is_delivered && !context_.options.lockstep;
@@ -401,6 +411,7 @@ Result<void> FrameLoop::draw() {
   context_.renderer.submitted(done_at);
   draw_time_.submitted(frames_.frame_index());
   captures_.submitted(done_at);
+  context_.scene.vertex_pacing().frame_recorded(frames_.frame_index());
   unacknowledged_.push_back({image_service_.submitted(), shown});
   if (images_ + uncounted_images_ == 0) report_slow_start(done_at);
   note_cost(shown, begun);
@@ -467,6 +478,7 @@ Result<void> FrameLoop::deliver() {
     unacknowledged_.erase(unacknowledged_.begin());
   }
   for (gpu::FrameTimes& times : frames_.take_finished()) {
+    context_.scene.vertex_pacing().frame_finished(times.frame_index, milliseconds_of_deformation(times));
     if (context_.metrics) context_.metrics->add(times);
     if (context_.window) facts_.add(times);
     draw_time_.finished(times.frame_index, measured_times(times));

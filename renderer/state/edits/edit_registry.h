@@ -26,6 +26,7 @@ struct EditFaults {
   uint64_t unmatched = 0;    // no node has the name
   uint64_t unfit = 0;        // the node cannot take the value
   uint64_t refused = 0;      // nodes that could not be added
+  uint64_t skipped = 0;      // vertices that newer ones replaced before their turn
 };
 
 // Addition of a node that a stream or the user has requested.

@@ -52,6 +52,23 @@ TEST_F(ReplacementSharesTest, NewPeerWaitsForLastReplacement) {
   EXPECT_EQ(shares_.earliest_ns(honest_), 2400);
 }
 
+TEST_F(ReplacementSharesTest, RestGrowsWithoutCalm) {
+  const std::vector causes{ReplacementShares::Cause{greedy_, 0, 1}};
+  constexpr int64_t kShownNs = 10'000'000;
+  const auto rest_after = [&](int64_t now_ns) {
+    shares_.add({causes, 0, kShownNs, now_ns, false});
+    return shares_.earliest_ns(greedy_) - now_ns;
+  };
+  int64_t now_ns = 10 * ReplacementShares::kCalmNs, rest_ns = 0;
+  for (int i = 0; i < 200; ++i) {
+    rest_ns = rest_after(now_ns);
+    EXPECT_GE(rest_ns, 3 * kShownNs) << i;
+    now_ns += rest_ns;
+  }
+  EXPECT_EQ(rest_ns, ReplacementShares::kMaxGrowth * 3 * kShownNs);
+  EXPECT_EQ(rest_after(now_ns + 2 * ReplacementShares::kCalmNs), 3 * kShownNs) << "after some calm";
+}
+
 // Streams that have ended, or have no budget, share one rest.
 TEST_F(ReplacementSharesTest, UnbudgetedPeerRestsToo) {
   const std::vector causes{ReplacementShares::Cause{nullptr, 0, 1}};
