@@ -240,7 +240,7 @@ int main(int argc, char** argv) {
            "meshes without normals: angle of smooth edges; 0: flat (default: 37)")
       ->check(fire3dv::number_between(0, 180));
   group.add_flag("--confined", options.read.is_confined,
-                 "description of unknown origin: read files of its folder and --package-path");
+                 "description of unknown origin: its folder and --package-path alone");
   group.add_repeatable("--xacro-arg", options.xacro_arguments, "NAME=VALUE",
                        "xacro: value of an argument; repeatable");
   group.add("--xacro", options.read.xacro_program, "PROGRAM", "xacro: program that expands the file");

@@ -79,7 +79,7 @@ void add_input_options(CLI::App& app, Options& options, Texts& texts, Given& giv
                "meshes without normals: angle of smooth edges; 0: flat (default: 37)")
           ->check(number_between(0, 180)),
       group.add_flag("--confined", options.convert.is_confined,
-                     "description of unknown origin: read files of its folder and --package-path")};
+                     "description of unknown origin: its folder and --package-path alone")};
   group.add("--assets", options.assets, "DIR", "folder of glTF files that streams and overlays may add")
       ->check(CLI::ExistingDirectory.description(""));
   given.animate = group
