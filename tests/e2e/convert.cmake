@@ -15,7 +15,7 @@ endif()
 # Readers of all formats take time n log n.
 if(TARGET fire3dv AND TARGET fire3dv-convert AND TARGET fire3dv-inspect AND NOT FIRE3DV_SANITIZE)
   add_test(NAME reader_times
-    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/reader_times_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-convert> $<TARGET_FILE:fire3dv-inspect>)
+    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/convert/reader_times_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-convert> $<TARGET_FILE:fire3dv-inspect>)
   set_tests_properties(reader_times PROPERTIES LABELS long RUN_SERIAL TRUE TIMEOUT 3600
     ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
 endif()
