@@ -24,6 +24,7 @@ from image_reader import check
 ROWS = [(transport, options, loss) for loss in (0, 1, 5, 30)
         for transport, options in (("udp", "?parity=off"), ("udp", ""), ("tcp", ""))]
 DELAY_S = 0.025  # each way
+RATE_HZ = 60
 SUBNET, VIEW = "10.73.0", "10.73.0.2"
 
 
@@ -83,16 +84,16 @@ def run_row(test, transport, options, loss, seconds, seed):
     uri = f"{transport}://{VIEW}:7001"
     watch = Program(test, "watch", [motion, "watch", uri, "--insecure", "--json", "--seconds", str(seconds)], host=view)
     watch.wait_err("listening on")
-    send = Program(test, "send", [motion, "send", uri + options, "--nodes", "300"], host=simulator)
+    send = Program(test, "send", [motion, "send", uri + options, "--nodes", "300", "--rate", str(RATE_HZ)], host=simulator)
     watch.expect_exit(0)
     for program in (packets, send):
         program.signal(signal.SIGTERM)
         program.expect_exit(0)
     result = json.loads(watch.out[-1])
-    total = result["frames"] + result["missing"]
+    total = seconds * RATE_HZ
     way = result["latest"]
     name = "TCP" if transport == "tcp" else "UDP, no parity" if options else "UDP"
-    return (f"| {loss} % | {name} | {100 * result['frames'] / total:.1f} % | {int(packets.out[-1]) / total / 1024:.1f} "
+    return (f"| {loss} % | {name} | {min(100 * result['frames'] / total, 100):.1f} % | {int(packets.out[-1]) / total / 1024:.1f} "
             f"| {way['behind_ms']:.0f} | {way['max_mm']:.0f} |")
 
 
