@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <map>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -14,6 +12,7 @@
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "tests/unit/convert/cases_table.h"
 
 namespace fire3dv::convert {
 namespace {
@@ -142,20 +141,14 @@ void expect_property(const Model& model, const Drawn& drawn, const std::string& 
 }
 
 TEST(DescriptionCases, FilesMatchTheirRows) {
-  const std::filesystem::path folder = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "tests/unit/convert/cases";
-  std::ifstream table(folder / "cases.txt");
-  ASSERT_TRUE(table.is_open());
+  const std::filesystem::path folder = test::cases_folder();
   size_t rows = 0;
   std::map<std::string, Result<Model>> models;
-  for (std::string line; std::getline(table, line);) {
-    if (line.empty() || line[0] == '#') continue;
-    std::istringstream columns(line);
-    std::string name, triangles, warning;
-    std::string corners[6];
-    columns >> name >> triangles;
-    for (std::string& corner : corners) columns >> corner;
-    std::getline(columns >> std::ws, warning);
-    SCOPED_TRACE(line);
+  for (const test::CaseRow& row : test::case_rows()) {
+    if (row.is_gltf()) continue;
+    const std::string &name = row.file, &triangles = row.triangles;
+    const auto& corners = row.corners;
+    SCOPED_TRACE(row.line);
     ++rows;
     const bool is_sdf = name.ends_with(".sdf") || name.ends_with(".world");
     auto known = models.find(name);
@@ -173,16 +166,13 @@ TEST(DescriptionCases, FilesMatchTheirRows) {
       const double is = i < 3 ? drawn.low[i] : drawn.high[i - 3];
       EXPECT_NEAR(is, std::strtod(corners[i].c_str(), nullptr), 1e-5) << (i < 3 ? "low " : "high ") << i % 3;
     }
-    // Properties, then the warning.
-    for (std::smatch found; std::regex_search(warning, found, std::regex("^([a-z]+(@\\S+)?)=(\\S+)\\s+"));
-         warning = found.suffix())
-      expect_property(*model, drawn, found[1], found[3]);
+    for (const auto& [key, value] : row.properties) expect_property(*model, drawn, key, value);
     std::string warnings;
     for (const std::string& each : model->warnings) warnings += each + "\n";
-    if (warning == "-") {
+    if (row.warning == "-") {
       EXPECT_EQ(warnings, "");
     } else {
-      EXPECT_NE(warnings.find(warning), std::string::npos) << warnings;
+      EXPECT_NE(warnings.find(row.warning), std::string::npos) << warnings;
     }
     if (!is_new) continue;
     // Far planes of 0 are no valid glTF.
@@ -198,7 +188,7 @@ TEST(DescriptionCases, FilesMatchTheirRows) {
 TEST(DescriptionCases, ConfinedModelsReadNothingOutside) {
   ReadOptions options;
   options.is_confined = true;
-  const std::filesystem::path folder = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "tests/unit/convert/cases";
+  const std::filesystem::path folder = test::cases_folder();
   EXPECT_FALSE(read_description(folder / "mjcf_parent/scene/task.xml", options).ok());
   const Result<Model> robot = read_description(folder / "mjcf_parent/scene/robot.xml", options);
   ASSERT_TRUE(robot.ok());
@@ -210,7 +200,7 @@ TEST(DescriptionCases, ConfinedModelsReadNothingOutside) {
 TEST(DescriptionCases, GltfUpIsAnOption) {
   ReadOptions options;
   options.gltf_up = false;
-  const std::filesystem::path folder = std::filesystem::path(FIRE3DV_SOURCE_DIR) / "tests/unit/convert/cases";
+  const std::filesystem::path folder = test::cases_folder();
   const Result<Model> model = read_description(folder / "gltf_up.urdf", options);
   ASSERT_TRUE(model.ok());
   EXPECT_NEAR(drawn_by(*model).high.y, 1, 1e-5);
