@@ -1,5 +1,6 @@
 #include "programs/drake/http/server.h"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
@@ -34,12 +35,15 @@ HttpAnswer http_error(unsigned status, const std::string& message) {
 
 struct HttpServer::State final : http::SessionOwner {
   State(const HttpLimits& http_limits, Handler request_handler)
-      : SessionOwner({http_limits.max_body_bytes, std::numeric_limits<int>::max(), http_limits.header_timeout,
-                      http_limits.body_timeout, http_limits.write_timeout}),
-        max_total_bytes(http_limits.max_total_bytes),
+      : SessionOwner({.max_body_bytes = http_limits.max_body_bytes,
+                      .max_requests = std::numeric_limits<int>::max(),
+                      .header_timeout = http_limits.header_timeout,
+                      .body_timeout = http_limits.body_timeout,
+                      .write_timeout = http_limits.write_timeout,
+                      .body_silence = std::min(http_limits.body_silence, http_limits.body_timeout),
+                      .max_total_body_bytes = http_limits.max_total_bytes}),
         handler(std::move(request_handler)) {}
 
-  const uint64_t max_total_bytes;
   const Handler handler;
   std::unique_ptr<http::AcceptLoop> loop;  // destroyed first: its handlers own the sessions
 
@@ -51,7 +55,6 @@ struct HttpServer::State final : http::SessionOwner {
     const std::string_view path = session.path();
     const auto method = session.request().method();
     const std::string type = lower_case(std::string(session.field(beast::field::content_type)));
-    const std::optional<uint64_t> length = session.content_length();
     const auto refuse = [&](unsigned status, const char* text) { session.answer(http_error(status, text)); };
     if (path == "/" && method == beast::verb::get)
       return session.answer({200, "text/plain; charset=utf-8", std::string(kAbout)});
@@ -63,14 +66,13 @@ struct HttpServer::State final : http::SessionOwner {
     }
     if (!type.starts_with("multipart/form-data"))
       return refuse(415, "the Content-Type must be multipart/form-data");
-    if (!length) return refuse(411, "the request must have a Content-Length");
-    if (*length > max_total_bytes - body_bytes)
-      return refuse(503, "too many requests are being received; ask again later");
+    if (!session.content_length()) return refuse(411, "the request must have a Content-Length");
     session.read_body();
   }
   // The session is handed on as a whole, so that it ends on this thread.
   void on_body(http::Session& session) override {
-    HttpRequest request{std::string(session.field(beast::field::content_type)), session.take_body()};
+    HttpRequest request{std::string(session.field(beast::field::content_type)), session.take_body(),
+                        session.client()};
     handler(std::move(request), [self = session.shared_from_this()](HttpAnswer&& answer) mutable {
       const auto executor = self->executor();
       asio::post(executor, [self = std::move(self), answer = std::move(answer)]() mutable {

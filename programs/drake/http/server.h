@@ -16,15 +16,17 @@ namespace fire3dv::drake {
 
 struct HttpLimits {
   uint64_t max_body_bytes = uint64_t{256} << 20;  // of one request
-  uint64_t max_total_bytes = uint64_t{1} << 30;   // of all bodies that are received or wait for an answer
+  uint64_t max_total_bytes = uint64_t{1} << 30;   // of all bodies that have arrived, until their answers
   size_t max_connections = 64;
   std::chrono::seconds header_timeout{20};  // also of a connection without a request
   std::chrono::seconds body_timeout{60};
+  std::chrono::seconds body_silence{5};
   std::chrono::seconds write_timeout{60};
 };
 
 struct HttpRequest {
   std::string content_type, body;
+  std::string client;  // address
 };
 
 using HttpAnswer = transport::http::Answer;

@@ -4,9 +4,12 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <exception>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "base/files.h"
@@ -61,6 +64,33 @@ Result<std::unique_ptr<AcceptLoop>> AcceptLoop::open(const ListenOptions& option
   return loop;
 }
 
+std::string client_of(const tcp::socket& socket) {
+  boost::system::error_code error;
+  const boost::asio::ip::address address = socket.remote_endpoint(error).address();
+  if (error) return "";
+  if (!address.is_v6() || address.to_v6().is_v4_mapped()) return address.to_string();
+  boost::asio::ip::address_v6::bytes_type bytes = address.to_v6().to_bytes();
+  std::fill(bytes.begin() + 8, bytes.end(), uint8_t{0});
+  return boost::asio::ip::address_v6(bytes).to_string();
+}
+
+const OpenConnection* choose_evicted(const std::vector<OpenConnection>& open, const std::string& newcomer) {
+  using Use = OpenConnection::Use;
+  std::map<std::string_view, size_t> count_of_client;
+  for (const OpenConnection& each : open) ++count_of_client[each.client];
+  const size_t newcomers = count_of_client[newcomer] + 1;
+  const OpenConnection* chosen = nullptr;
+  size_t most = 0;
+  for (const OpenConnection& each : open) {
+    const size_t count = count_of_client[each.client];
+    if (each.use == Use::kept || (each.use == Use::receiving && count <= newcomers)) continue;
+    if (count < most || (chosen && count == most && each.since >= chosen->since)) continue;
+    chosen = &each;
+    most = count;
+  }
+  return chosen;
+}
+
 void AcceptLoop::run() {
   accept();
   while (!io_.stopped()) {
@@ -86,7 +116,10 @@ void AcceptLoop::accept() {
 }
 
 void AcceptLoop::take(tcp::socket&& socket) {
-  if (owner_.open_connections() >= max_connections_) owner_.evict();
+  if (owner_.open_connections() >= max_connections_) {
+    const std::vector<OpenConnection> open = owner_.list_connections();
+    if (const OpenConnection* const evicted = choose_evicted(open, client_of(socket))) evicted->close();
+  }
   if (owner_.open_connections() >= max_connections_) return owner_.refuse(socket);
   boost::system::error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);

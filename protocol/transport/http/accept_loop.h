@@ -5,22 +5,46 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "protocol/transport/core/address.h"
 
 namespace fire3dv::transport::http {
 
+// Clients are told apart by address: of IPv6 the first 64 bits, which one host has for itself.
+std::string client_of(const boost::asio::ip::tcp::socket& socket);
+
+// An open connection, for the choice of one that makes room.
+struct OpenConnection {
+  std::string client;
+  std::chrono::steady_clock::time_point since;
+  enum class Use : uint8_t {
+    idle,       // waits for a request, a header or a token
+    slow,       // a body that makes little progress
+    receiving,  // a body
+    kept,       // being answered, or a viewer
+  };
+  Use use = Use::idle;
+  std::function<void()> close;
+};
+
+// The connection that makes room for one of `newcomer`; null: none does. Of the clients with the most
+// connections the oldest idle or slow one; one that receives only if its client has more than the newcomer's
+// would have.
+const OpenConnection* choose_evicted(const std::vector<OpenConnection>& open, const std::string& newcomer);
+
 // Part of the server; called on the thread of run().
 class ConnectionOwner {
  public:
   virtual size_t open_connections() const = 0;
-  // Closes the connection that another one may replace, the oldest first; none if all are in use.
-  virtual void evict() = 0;
+  virtual std::vector<OpenConnection> list_connections() = 0;
   virtual void serve(boost::asio::ip::tcp::socket&& socket) = 0;
   // The limit is reached and nothing could be evicted. The socket is closed afterwards.
   virtual void refuse(boost::asio::ip::tcp::socket&) {}

@@ -11,6 +11,10 @@ namespace beast = boost::beast::http;
 constexpr uint32_t kMaxHeaderBytes = 16 << 10;
 constexpr size_t kReadBytes = 4 << 10, kMaxBufferBytes = 1 << 20;
 constexpr std::chrono::seconds kDrainTime{2};
+// A body that comes slower than this makes room for other connections.
+constexpr std::chrono::seconds kSlowAfter{1};
+constexpr std::chrono::milliseconds kStalledAfter{250};
+constexpr double kSlowBytesPerSecond = 64 << 10;
 constexpr std::chrono::seconds kReportPeriod{60};
 constexpr size_t kMaxReports = 4;  // in a period
 constexpr const char* kText = "text/plain; charset=utf-8";
@@ -41,13 +45,45 @@ bool is_other_protocol(std::string_view header, bool is_start) {
 
 }  // namespace
 
-void SessionOwner::evict() {
-  const auto idle = std::ranges::find_if(open_, [](const auto& each) { return each.second->is_idle(); });
-  if (idle == open_.end()) return;
-  Session* const session = idle->second;
-  open_.erase(idle);
-  ++evicted;
-  session->close();
+std::vector<OpenConnection> SessionOwner::list_connections() {
+  std::vector<OpenConnection> list;
+  for (const auto& [number, session] : open_) {
+    list.push_back({session->client(), session->since_, session->use(), [this, number = number] {
+                      const auto found = open_.find(number);
+                      if (found == open_.end()) return;
+                      Session* const closed = found->second;
+                      open_.erase(found);
+                      ++evicted;
+                      closed->close();
+                    }});
+  }
+  return list;
+}
+
+bool SessionOwner::charge(Session& session, uint64_t bytes) {
+  const auto bytes_of = [this](const std::string& client) {
+    uint64_t sum = 0;
+    for (const auto& [number, each] : open_) sum += each->client() == client ? each->charged_bytes_ : 0;
+    return sum;
+  };
+  if (limits.max_total_body_bytes != UINT64_MAX) {
+    if (bytes_of(session.client()) + bytes > limits.max_total_body_bytes / 2) return false;
+    while (bytes > limits.max_total_body_bytes - std::min(body_bytes, limits.max_total_body_bytes)) {
+      Session* largest = nullptr;
+      uint64_t most = bytes_of(session.client()) + bytes;
+      for (const auto& [number, each] : open_) {
+        const uint64_t sum = each->receives_body_ && each != &session ? bytes_of(each->client()) : 0;
+        if (sum <= most) continue;
+        most = sum;
+        largest = each;
+      }
+      if (!largest) return false;
+      largest->refuse_for_lack_of_room();
+    }
+  }
+  body_bytes += bytes;
+  session.charged_bytes_ += bytes;
+  return true;
 }
 
 void SessionOwner::serve(boost::asio::ip::tcp::socket&& socket) {
@@ -103,6 +139,8 @@ Session::Session(boost::asio::ip::tcp::socket&& socket, SessionOwner& owner)
     : owner_(owner),
       number_(owner.next_number_++),
       stream_(std::make_unique<Stream>(std::move(socket), owner.tls_context)),
+      client_(stream_->client()),
+      since_(stream_->since()),
       deadline_(stream_->get_executor()),
       buffer_(kMaxBufferBytes) {
   owner_.open_.emplace(number_, this);
@@ -127,7 +165,7 @@ void Session::close() {
 }
 
 // Ends the pending read or write after this time.
-void Session::limit_time(std::chrono::seconds time) {
+void Session::limit_time(std::chrono::steady_clock::duration time) {
   is_over_time_ = false;
   deadline_.set(time, weak_from_this(), [](Session& self) {
     self.is_over_time_ = true;
@@ -191,15 +229,47 @@ void Session::parse_header() {
                            });
 }
 
+OpenConnection::Use Session::use() const {
+  if (!receives_body_) return is_idle_ ? OpenConnection::Use::idle : OpenConnection::Use::kept;
+  const auto now = std::chrono::steady_clock::now();
+  const auto age = now - body_since_;
+  const bool is_slow =
+      now - body_grew_ > kStalledAfter ||
+      (age > kSlowAfter && static_cast<double>(charged_bytes_) <
+                               kSlowBytesPerSecond * std::chrono::duration<double>(age).count());
+  return is_slow ? OpenConnection::Use::slow : OpenConnection::Use::receiving;
+}
+
 void Session::read_body() {
-  charged_bytes_ = content_length().value_or(0);
-  owner_.body_bytes += charged_bytes_;
-  limit_time(owner_.limits.body_timeout);
-  beast::async_read(*stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
+  receives_body_ = true;
+  body_since_ = body_grew_ = std::chrono::steady_clock::now();
+  continue_body();
+}
+
+// Piece by piece: what has only been announced is not charged.
+void Session::continue_body() {
+  if (parser_->is_done()) {
+    receives_body_ = false;
+    deadline_.cancel();
+    return owner_.on_body(*this);
+  }
+  const auto left = body_since_ + owner_.limits.body_timeout - std::chrono::steady_clock::now();
+  limit_time(std::min<std::chrono::steady_clock::duration>(left, owner_.limits.body_silence));
+  beast::async_read_some(*stream_, buffer_, *parser_, [self = shared_from_this()](ErrorCode error, size_t) {
+    if (!self->receives_body_) return;  // refused meanwhile
     if (error) return self->on_read_error(error);
-    self->deadline_.cancel();
-    self->owner_.on_body(*self);
+    const uint64_t arrived = self->parser_->get().body().size() - self->charged_bytes_;
+    if (arrived > 0) self->body_grew_ = std::chrono::steady_clock::now();
+    if (!self->owner_.charge(*self, arrived)) return self->refuse_for_lack_of_room();
+    self->continue_body();
   });
+}
+
+void Session::refuse_for_lack_of_room() {
+  receives_body_ = false;
+  ErrorCode ignored;
+  stream_->socket().cancel(ignored);
+  answer(owner_.refusal(503, "too many requests are being received; ask again later"));
 }
 
 void Session::on_read_error(ErrorCode error) {
@@ -229,6 +299,7 @@ void Session::refuse(ErrorCode error) {
 
 void Session::answer(Answer&& answer) {
   owner_.body_bytes -= std::exchange(charged_bytes_, 0);
+  receives_body_ = false;
   ++owner_.answered[answer.status];
   is_idle_ = false;
   const bool keeps_alive =

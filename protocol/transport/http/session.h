@@ -26,8 +26,11 @@ struct SessionLimits {
   uint64_t max_body_bytes = 0;             // of one request
   int max_requests = 64;                   // of one connection
   std::chrono::seconds header_timeout{5};  // also of a TLS handshake, and of a connection without a request
-  std::chrono::seconds body_timeout{5};
+  std::chrono::seconds body_timeout{5};    // of the whole body
   std::chrono::seconds write_timeout{5};
+  std::chrono::seconds body_silence{5};  // between two pieces of a body
+  // Of all bodies, as far as they have arrived, until their answers. One client may have half of it.
+  uint64_t max_total_body_bytes = UINT64_MAX;
 };
 
 struct Answer {
@@ -44,8 +47,7 @@ class SessionOwner : public ConnectionOwner {
 
   virtual ~SessionOwner() = default;
   size_t open_connections() const override { return open_.size(); }
-  // Closes the oldest session that waits for a request.
-  void evict() override;
+  std::vector<OpenConnection> list_connections() override;
   void serve(boost::asio::ip::tcp::socket&& socket) override;
   void refuse(boost::asio::ip::tcp::socket& socket) override;
 
@@ -69,11 +71,14 @@ class SessionOwner : public ConnectionOwner {
   // Counts since the start.
   std::map<unsigned, uint64_t> answered;  // by status
   uint64_t timed_out = 0, evicted = 0;    // connections without an answer
-  // Of all bodies that are received or wait for an answer.
+  // Of all bodies that have arrived, until their answers.
   uint64_t body_bytes = 0;
 
  private:
   friend class Session;
+  // Charges a session's client with bytes that have arrived. Makes room by refusing the session that receives
+  // of the client with the most; false: this is the session's own.
+  bool charge(Session& session, uint64_t bytes);
   // The answer to a request that the access rules refuse.
   std::optional<Answer> check_access(const Request& request);
 
@@ -95,8 +100,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   void start();
   void close();
-  // Waits for a request, or for its connection to end.
-  bool is_idle() const { return is_idle_; }
+  const std::string& client() const { return client_; }
   Stream::executor_type executor() { return stream_->get_executor(); }
 
   // For the owner, from on_header() on.
@@ -111,6 +115,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::unique_ptr<Stream> release_stream();
 
  private:
+  friend class SessionOwner;
   using ErrorCode = boost::system::error_code;
 
   void read_header();
@@ -118,18 +123,25 @@ class Session : public std::enable_shared_from_this<Session> {
   void on_read_error(ErrorCode error);
   void refuse(ErrorCode error);
   void drain();
-  void limit_time(std::chrono::seconds time);
+  void limit_time(std::chrono::steady_clock::duration time);
+  void continue_body();
+  void refuse_for_lack_of_room();
+  OpenConnection::Use use() const;
 
   SessionOwner& owner_;
   const uint64_t number_;
   std::unique_ptr<Stream> stream_;
+  const std::string client_;
+  const std::chrono::steady_clock::time_point since_;
   Deadline deadline_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::optional<boost::beast::http::response<boost::beast::http::string_body>> response_;
   uint64_t charged_bytes_ = 0;  // in SessionOwner::body_bytes
+  std::chrono::steady_clock::time_point body_since_{}, body_grew_{};
   int requests_ = 0;
-  bool is_idle_ = true, is_over_time_ = false;
+  bool is_idle_ = true;  // waits for a request, or for its connection to end
+  bool receives_body_ = false, is_over_time_ = false;
 };
 
 inline std::string_view view_of(boost::beast::string_view text) {

@@ -5,8 +5,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/websocket.hpp>
+#include <chrono>
 #include <optional>
+#include <string>
 #include <utility>
+
+#include "protocol/transport/http/accept_loop.h"
 
 namespace fire3dv::transport::http {
 
@@ -16,11 +20,14 @@ class Stream {
   using executor_type = Socket::executor_type;
 
   // tls: null for a plain stream; borrowed.
-  Stream(Socket&& socket, boost::asio::ssl::context* tls) : socket_(std::move(socket)) {
+  Stream(Socket&& socket, boost::asio::ssl::context* tls)
+      : socket_(std::move(socket)), client_(client_of(socket_)) {
     if (tls) tls_.emplace(socket_, *tls);
   }
 
   Socket& socket() { return socket_; }
+  const std::string& client() const { return client_; }
+  std::chrono::steady_clock::time_point since() const { return since_; }
   executor_type get_executor() { return socket_.get_executor(); }
 
   // Calls handler(error_code) after the TLS handshake; at once for a plain stream.
@@ -49,6 +56,8 @@ class Stream {
 
  private:
   Socket socket_;
+  const std::string client_;
+  const std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   std::optional<boost::asio::ssl::stream<Socket&>> tls_;
 };
 

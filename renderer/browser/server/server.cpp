@@ -108,7 +108,7 @@ struct Server::State final : http::SessionOwner {
   void use_tls(SSL_CTX* context) { tls_context = &tls.emplace(context); }
   void set_access(http::AccessRules&& rules) { access = std::move(rules); }
   size_t open_connections() const override { return SessionOwner::open_connections() + hub.sockets.size(); }
-  void evict() override;
+  std::vector<http::OpenConnection> list_connections() override;
   void on_header(http::Session& session) override;
   http::Answer refusal(unsigned status, const std::string& text) const override {
     return secured(status, kText, text + "\n");
@@ -119,17 +119,20 @@ struct Server::State final : http::SessionOwner {
   http::Answer answer_without_upgrade(const http::Session& session) const;
 };
 
-// The oldest connection without a token makes room for a new one.
-void Server::State::evict() {
-  const size_t before = open_connections();
-  SessionOwner::evict();
-  if (open_connections() < before) return;
+// Viewers stay; WebSockets that have not shown a token make room for a new connection.
+std::vector<http::OpenConnection> Server::State::list_connections() {
+  std::vector<http::OpenConnection> list = SessionOwner::list_connections();
   for (const auto& [number, known] : hub.sockets) {
     const std::shared_ptr<ViewerSocket> socket = known.lock();
-    if (!socket || socket->has_joined()) continue;
-    hub.sockets.erase(number);
-    return socket->abort();
+    if (!socket) continue;
+    using Use = http::OpenConnection::Use;
+    list.push_back({socket->client(), socket->since(), socket->has_joined() ? Use::kept : Use::idle,
+                    [this, number = number, known = known] {
+                      hub.sockets.erase(number);
+                      if (const auto closed = known.lock()) closed->abort();
+                    }});
   }
+  return list;
 }
 
 void Server::State::on_header(http::Session& session) {

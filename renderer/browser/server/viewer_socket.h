@@ -30,6 +30,8 @@ class ViewerSocket : public std::enable_shared_from_this<ViewerSocket> {
   void send(std::vector<uint8_t>&& binary);
   void resume();  // reading, after the frame loop took the messages
   bool has_joined() const { return access_ != Access::none; }
+  const std::string& client() const { return stream_->client(); }
+  std::chrono::steady_clock::time_point since() const { return stream_->since(); }
   void abort();
 
  private:
