@@ -12,7 +12,7 @@
 #include "base/plural.h"
 #include "base/process/stop_signals.h"
 #include "programs/drake/options.h"
-#include "programs/drake/render/render_thread.h"
+#include "programs/drake/render/request_pipeline.h"
 #include "renderer/app/start.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/scene/textures/environment.h"
@@ -57,22 +57,22 @@ int run(const Options& options) {
     std::atomic<bool> stopping = false;
     ImageRenderer renderer(**device, options.drawing, settings, options.render,
                            [&stopping] { return stopping.load(); });
-    std::unique_ptr<RenderThread> thread;
+    std::unique_ptr<RequestPipeline> pipeline;
     Result<std::unique_ptr<HttpServer>> server =
         HttpServer::open(options.address, options.drawing.insecure, options.http,
                          [&](HttpRequest&& request, HttpServer::Answer answer) {
-                           thread->push(std::move(request), std::move(answer));
+                           pipeline->push(std::move(request), std::move(answer));
                          },
                          {options.sites, [](const std::string& text) { log(warning(text)); }});
     if (!server) return fail(server.error());
-    thread = std::make_unique<RenderThread>(renderer, [&](const std::string& failure) {
+    pipeline = std::make_unique<RequestPipeline>(renderer, [&](const std::string& failure) {
       exit_code = fail(Error{failure});
       (*server)->stop();
     });
     log("serving Drake on http://" + (*server)->address() + "/render");
     (*server)->run([&stopping] { stopping = true; });
-    if (!thread->stop(kStopPatience)) std::_Exit(exit_code);  // nothing is left to be written
-    thread.reset();
+    if (!pipeline->stop(kStopPatience)) std::_Exit(exit_code);  // nothing is left to be written
+    pipeline.reset();
     if (Result<void> stored = pipelines.keep(); !stored) app::log_cache_error(stored.error());
   }
   if (const uint64_t messages = (*instance)->validation_messages())

@@ -19,7 +19,7 @@ constexpr int kUsageError = 2;
 // Values that parse_options() converts after the whole command line is known.
 struct Texts {
   std::string depth = "32f";
-  uint64_t request_mib = 0, scene_mib = 0;
+  uint64_t request_mib = 0, scene_mib = 0, images_mib = 0, cache_mib = 0;
   uint32_t timeout_s = 0;
   std::vector<std::string> allowed_hosts, allowed_origins;
 };
@@ -40,6 +40,10 @@ void add_server_options(CLI::App& app, Options& options, Texts& texts) {
       ->check(in_range(1, 2047));
   group.add("--max-scene", texts.scene_mib, "MIB", "limit of one loaded scene in memory")
       ->check(in_range(1, 1 << 20));
+  group.add("--max-images", texts.images_mib, "MIB", "limit of one scene's images, decoded")
+      ->check(in_range(1, 1 << 20));
+  group.add("--max-cache", texts.cache_mib, "MIB", "limit of all scenes that stay loaded")
+      ->check(in_range(1, 1 << 20));
   group.add("--scenes", options.render.max_scenes, "N", "scenes that stay loaded, 1 to 64")
       ->check(in_range(1, 64));
 }
@@ -56,9 +60,10 @@ void convert(const Texts& texts, Options& options) {
   options.drawing.headless = true;
   options.render.depth_format = texts.depth == "16u" ? DepthFormat::uint16_mm : DepthFormat::float32_m;
   options.render.max_scene_bytes = texts.scene_mib << 20;
+  options.render.max_image_bytes = texts.images_mib << 20;
+  options.render.max_cached_bytes = texts.cache_mib << 20;
   options.http.max_body_bytes = texts.request_mib << 20;
   options.http.max_total_bytes = std::max(options.http.max_total_bytes, 2 * options.http.max_body_bytes);
-  options.render.max_cached_bytes = options.http.max_total_bytes;
   options.http.body_timeout = std::chrono::seconds(texts.timeout_s);
   options.http.header_timeout = std::min(options.http.header_timeout, options.http.body_timeout);
 }
@@ -73,6 +78,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   Texts texts;
   texts.request_mib = options.http.max_body_bytes >> 20;
   texts.scene_mib = options.render.max_scene_bytes >> 20;
+  texts.images_mib = options.render.max_image_bytes >> 20;
+  texts.cache_mib = options.render.max_cached_bytes >> 20;
   texts.timeout_s = static_cast<uint32_t>(options.http.body_timeout.count());
   CLI::App app{"Renders images for Drake's RenderEngineGltfClient, over HTTP."};
   app.name("fire3dv-drake");

@@ -1,6 +1,6 @@
 # Render server for Drake.
 if(TARGET fire3dv AND TARGET fire3dv-drake)
-  foreach(cases depth labels colors parallel hostile cached command)
+  foreach(cases depth labels colors parallel hostile cached independent command)
     add_test(NAME drake_${cases} COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/drake_test.py $<TARGET_FILE:fire3dv>
              $<TARGET_FILE:fire3dv-drake> ${cases})
     set_tests_properties(drake_${cases} PROPERTIES LABELS e2e TIMEOUT 900

@@ -116,6 +116,13 @@ def tiny_png(color):
             chunk(b"IDAT", zlib.compress(b"\0" + bytes(color))) + chunk(b"IEND", b""))
 
 
+def black_png(side):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(bytes((1 + (side + 7) // 8) * side), 9)) + chunk(b"IEND", b""))
+
+
 def colors(test):
     """A lit red box over a floor, from both sides, and a textured square of a merged file; size and form of the PNG."""
     server = Server(test, "--background", "0000ff")
@@ -223,6 +230,9 @@ def hostile(test):
         server.refused(form_body(form_fields(data, "color", camera), data), 400, fault)
     refused_scene(text.replace(b"data:application/octet-stream;base64,", b"file:///etc/passwd#", 1), "names a file")
     refused_scene(text[:-20], "not glTF in JSON")
+    bomb = Scene()  # of one bit a pixel; it is not decoded
+    bomb.quad(1, identity(), GREY, texture=black_png(9000))
+    refused_scene(bomb.text(pose, camera), "decoded they take more than 256 MiB")
     refused_scene(b"[" * 500_000, "nests deeper")
     refused_scene(text.replace(b'"count": 4', b'"count": 4000000000'), "")
     refused_scene(text.replace(b"AAAAA", b"!!!!!", 1), "")
@@ -297,6 +307,35 @@ def cached(test):
     check(len(loads) == 2, f"one load for colours and one for depths and labels: {loads}")
 
 
+def independent(test):
+    """The image of a request depends on that request alone: exposure by a lamp, and shadows by the scene's size, are not
+    those of the first request with the same content."""
+    camera, pose = Camera(), look_at((0.3, -3, 2), (0, 0, 0.2))
+
+    def text(lamp_height, box_at):
+        scene = floor(half=2.0)
+        scene.box(0.2, identity(0, 0, 0.3), (0.8, 0.3, 0.3))
+        scene.box(0.2, identity(box_at, 0, 0.3), GREY)
+        gltf = json.loads(scene.text(pose, camera))
+        gltf["extensionsUsed"] = ["KHR_lights_punctual"]
+        gltf["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 1e6}]}}
+        gltf["nodes"].append({"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0.5, 0.2, lamp_height]})
+        root = gltf["nodes"][gltf["scenes"][0]["nodes"][0]]
+        root["children"].append(len(gltf["nodes"]) - 1)
+        return json.dumps(gltf).encode()
+
+    def image(server, data):
+        status, png = server.post(form_body(form_fields(data, "color", camera), data))
+        check(status == 200, f"status {status}: {png[:300]}")
+        return png
+    near, far = text(2, 0.8), text(2000, 800)
+    wanted = image(Server(test), near)
+    server = Server(test)
+    check(image(server, far) != wanted, "the scenes look alike, which is no test")
+    check(image(server, near) == wanted, "the first request of the content decides on later images")
+    check(len([line for line in list(server.err) if "image of a new scene" in line]) == 1, "the scene was not cached")
+
+
 def command(test):
     """fire3dv --drake runs the server; addresses, options and a missing program; a stop during an image."""
     fire3dv, program = test.programs_at["fire3dv"], test.programs_at["fire3dv-drake"]
@@ -333,4 +372,4 @@ def command(test):
 
 if __name__ == "__main__":
     main({"depth": depth, "labels": labels, "colors": colors, "parallel": parallel, "hostile": hostile, "cached": cached,
-          "command": command}, ["fire3dv", "fire3dv-drake"])
+          "independent": independent, "command": command}, ["fire3dv", "fire3dv-drake"])

@@ -4,9 +4,11 @@
 #include <charconv>
 #include <utility>
 
+#include "renderer/camera/default_look.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/gltf/load_gltf.h"
+#include "renderer/scene/model/bounds.h"
 
 namespace fire3dv::drake {
 namespace {
@@ -25,6 +27,7 @@ Result<std::unique_ptr<LoadedDrakeScene>> load_scene(GltfScene& gltf, const Scen
   std::atomic<uint64_t> reserved = 0;
   scene::LoadLimits limits;
   limits.max_file_bytes = loading.max_bytes;
+  limits.max_decoded_image_bytes = loading.max_image_bytes;
   limits.stop_requested = loading.stop_requested;
   limits.reserve = [&](uint64_t bytes) -> Result<void> {
     if (bytes <= loading.max_bytes && reserved.fetch_add(bytes) + bytes <= loading.max_bytes) return {};
@@ -48,12 +51,16 @@ Result<std::unique_ptr<LoadedDrakeScene>> load_scene(GltfScene& gltf, const Scen
   result->label_source_of_node.resize(scene->nodes.size(), scene::kNone);
   result->loaded.derived = scene::derive(*scene, loading.levels);
   result->loaded.scene = std::move(*scene);
+  result->bytes = reserved + gltf.bytes();
   return result;
 }
 
 CachedScene::CachedScene(gpu::Device& device, const settings::DrawSettings& settings,
-                         std::unique_ptr<LoadedDrakeScene> scene)
+                         std::unique_ptr<LoadedDrakeScene> scene,
+                         std::optional<settings::PostSettings> estimated)
     : scene_(std::move(scene)),
+      settings_(settings),
+      estimated_(std::move(estimated)),
       poses_(scene_->loaded.scene),
       rest_(state::rest_pose(scene_->loaded.scene)),
       renderer_(device, settings) {
@@ -61,7 +68,7 @@ CachedScene::CachedScene(gpu::Device& device, const settings::DrawSettings& sett
 }
 
 void CachedScene::set_transforms(const GltfScene& gltf) {
-  const std::vector<scene::Node>& nodes = scene().nodes;
+  std::vector<scene::Node>& nodes = scene_->loaded.scene.nodes;
   // World transforms in double precision: chains of nodes would add up rounding errors.
   std::vector<glm::dmat4> world_from_node(nodes.size());
   for (size_t n = 0; n < nodes.size(); ++n) {
@@ -71,8 +78,17 @@ void CachedScene::set_transforms(const GltfScene& gltf) {
     world_from_node[n] = nodes[n].parent == scene::kNone ? local : world_from_node[nodes[n].parent] * local;
     rest_.parent_from_node[n] = glm::mat4(local);
     rest_.world_from_node[n] = glm::mat4(world_from_node[n]);
+    nodes[n].parent_from_node = rest_.parent_from_node[n];
+    nodes[n].world_from_node = rest_.world_from_node[n];
   }
   poses_.set_rest(rest_);
+  scene::Scene& scene = scene_->loaded.scene;
+  scene.bounds_min = scene.bounds_max = {};
+  scene::find_world_bounds(scene);  // for shadows and the estimated exposure
+  if (!estimated_) return;
+  const float before = settings_.post.exposure;
+  (void)app::set_exposure(*estimated_, scene, settings_);
+  if (settings_.post.exposure != before) renderer_.apply(settings_);
 }
 
 Rgb8 CachedScene::label_of(uint32_t node, const GltfScene& gltf) const {

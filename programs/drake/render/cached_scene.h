@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "programs/drake/request/gltf_scene.h"
@@ -16,6 +17,7 @@ namespace fire3dv::drake {
 
 struct LoadedDrakeScene {
   scene::LoadedScene loaded;
+  uint64_t bytes = 0;  // in memory
   // glTF node of each scene node; kNone: it has no transform of its own in the request.
   std::vector<uint32_t> source_of_node;
   std::vector<uint32_t> label_source_of_node;  // glTF node whose label it has; kNone: none
@@ -24,7 +26,8 @@ struct LoadedDrakeScene {
 struct SceneLoading {
   bool has_key_light = false;
   scene::Levels levels = scene::Levels::automatic_levels;
-  uint64_t max_bytes = 0;  // of the loaded scene
+  uint64_t max_bytes = 0;        // of the loaded scene
+  uint64_t max_image_bytes = 0;  // of its decoded images
   std::function<bool()> stop_requested;
 };
 
@@ -33,20 +36,22 @@ Result<std::unique_ptr<LoadedDrakeScene>> load_scene(GltfScene& gltf, const Scen
 
 class CachedScene {
  public:
-  // The scene's textures must fit the settings.
+  // The scene's textures must fit the settings. estimated: exposure follows from the lights of each request.
   CachedScene(gpu::Device& device, const settings::DrawSettings& settings,
-              std::unique_ptr<LoadedDrakeScene> scene);
+              std::unique_ptr<LoadedDrakeScene> scene, std::optional<settings::PostSettings> estimated);
 
   const scene::Scene& scene() const { return scene_->loaded.scene; }
   passes::SceneRenderer& renderer() { return renderer_; }
   const state::PoseState& poses() const { return poses_; }
-  // gltf: a scene of the same content.
+  // gltf: a scene of the same content. Nothing of an earlier request stays: neither bounds nor exposure.
   void set_transforms(const GltfScene& gltf);
   // Label of a scene node's pixels.
   Rgb8 label_of(uint32_t node, const GltfScene& gltf) const;
 
  private:
   std::unique_ptr<LoadedDrakeScene> scene_;
+  settings::DrawSettings settings_;
+  const std::optional<settings::PostSettings> estimated_;
   state::PoseState poses_;
   state::RestPose rest_;
   passes::SceneRenderer renderer_;

@@ -87,78 +87,95 @@ ImageRenderer::ImageRenderer(gpu::Device& device, const app::Options& options,
       frames_(device),
       captures_(device) {}
 
-Result<RenderedImage> ImageRenderer::render(const RenderRequest& request) {
-  const passes::Intrinsics intrinsics = intrinsics_of(request);
-  if (auto good = passes::check(intrinsics); !good)
+Result<void> ImageRenderer::check_camera(const RenderRequest& request) {
+  if (auto good = passes::check(intrinsics_of(request)); !good)
     return Error{"the camera cannot be rendered: " + good.error().message};
-  Result<GltfScene> gltf = GltfScene::read(request.scene, request.type);
-  if (!gltf) return gltf.error();
-  const bool is_color = request.type == ImageType::color;
-  bool was_cached = false;
-  Result<CachedScene*> scene = find_or_load(*gltf, is_color, &was_cached);
-  if (!scene) return scene.error();
-  (*scene)->set_transforms(*gltf);
-  const passes::View view = passes::make_view(intrinsics, glm::mat4(gltf->world_from_camera()));
-  Result<sinks::FrameImage> image = draw(**scene, view, request, outputs_of(request.type));
-  if (!image) return image.error();
-  Result<RenderedImage> result = RenderedImage{};
-  if (request.type == ImageType::depth) {
-    result->content_type = "image/tiff";
-    result->file = encode_depth(values_of<float>(*image), request.width, request.height,
-                                {request.min_depth_m, request.max_depth_m}, settings_.depth_format);
-  } else {
-    if (request.type == ImageType::label) paint_labels(*image, **scene, *gltf);
-    result = png_of(*image);
-  }
-  if (result) result->was_cached = was_cached;
-  return result;
+  return {};
 }
 
-Result<CachedScene*> ImageRenderer::find_or_load(GltfScene& gltf, bool is_color, bool* was_cached) {
-  const auto found = std::ranges::find_if(entries_, [&](const Entry& entry) {
+bool ImageRenderer::has(const GltfScene& gltf, bool is_color) const {
+  return std::ranges::any_of(entries_, [&](const Entry& entry) {
     return entry.is_color == is_color && entry.content == gltf.content();
   });
-  *was_cached = found != entries_.end();
-  if (*was_cached) {
-    std::rotate(entries_.begin(), found, found + 1);
-    return entries_.front().scene.get();
-  }
-  settings::DrawSettings settings = is_color ? color_ : geometry_settings(color_);
+}
+
+settings::DrawSettings ImageRenderer::settings_of(bool is_color) const {
+  return is_color ? color_ : geometry_settings(color_);
+}
+
+Result<std::unique_ptr<LoadedDrakeScene>> ImageRenderer::load(GltfScene& gltf, bool is_color) const {
+  const settings::DrawSettings settings = settings_of(is_color);
   SceneLoading loading;
   loading.has_key_light = is_color && app::wants_key_light(options_.key_light, !options_.environment.empty());
   loading.levels = passes::levels_for(settings.levels_of_detail);
   loading.max_bytes = settings_.max_scene_bytes;
+  loading.max_image_bytes = settings_.max_image_bytes;
   loading.stop_requested = stop_requested_;
   Result<std::unique_ptr<LoadedDrakeScene>> loaded = load_scene(gltf, loading);
   if (!loaded) return loaded.error();
   const scene::Scene& scene = (*loaded)->loaded.scene;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
     print_log_line("fire3dv-drake", warning(scene.warnings[i]));
-  if (is_color) (void)app::set_exposure(options_.draw.post, scene, settings);
   if (scene.textures.size() > settings.max_textures)
     return Error{"the scene has " + std::to_string(scene.textures.size()) + " textures: at most " +
                  std::to_string(settings.max_textures) + " are drawn"};
-  make_room_for(gltf.bytes());
+  return loaded;
+}
+
+Result<void> ImageRenderer::add(const GltfScene& gltf, bool is_color,
+                                std::unique_ptr<LoadedDrakeScene> loaded) {
+  while (entries_.size() >= settings_.max_scenes) entries_.pop_back();
+  const uint64_t host_bytes = loaded->bytes, device_bytes = device_.allocated_bytes();
   try {
-    entries_.push_front({is_color, gltf.content(), gltf.bytes(),
-                         std::make_unique<CachedScene>(device_, settings, std::move(*loaded))});
+    std::optional<settings::PostSettings> estimated;
+    if (is_color && options_.draw.post.estimated) estimated = options_.draw.post;
+    entries_.push_front({is_color, gltf.content(), host_bytes,
+                         std::make_unique<CachedScene>(device_, settings_of(is_color), std::move(loaded),
+                                                       std::move(estimated))});
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
     entries_.clear();  // the next request finds all memory free
     return Error{"the device has no memory for the scene; simplify its meshes and textures"};
   }
-  return entries_.front().scene.get();
+  entries_.front().bytes += device_.allocated_bytes() - std::min(device_bytes, device_.allocated_bytes());
+  make_room();
+  return {};
 }
 
-void ImageRenderer::make_room_for(uint64_t bytes) {
+// Drops the scenes that were not used for the longest time.
+void ImageRenderer::make_room() {
   const auto total = [&] {
-    uint64_t sum = bytes;
+    uint64_t sum = 0;
     for (const Entry& entry : entries_) sum += entry.bytes;
     return sum;
   };
-  while (!entries_.empty() &&
-         (entries_.size() >= settings_.max_scenes || total() > settings_.max_cached_bytes))
-    entries_.pop_back();
+  while (entries_.size() > 1 && total() > settings_.max_cached_bytes) entries_.pop_back();
+}
+
+Result<sinks::FrameImage> ImageRenderer::draw(const RenderRequest& request, const GltfScene& gltf) {
+  const bool is_color = request.type == ImageType::color;
+  const auto found = std::ranges::find_if(entries_, [&](const Entry& entry) {
+    return entry.is_color == is_color && entry.content == gltf.content();
+  });
+  FIRE3DV_ASSERT(found != entries_.end());
+  std::rotate(entries_.begin(), found, found + 1);
+  Entry& entry = entries_.front();
+  const uint64_t device_bytes = device_.allocated_bytes();
+  entry.scene->set_transforms(gltf);
+  const passes::View view = passes::make_view(intrinsics_of(request), glm::mat4(gltf.world_from_camera()));
+  Result<sinks::FrameImage> image = draw(*entry.scene, view, request, outputs_of(request.type));
+  // Images of the request's size are the scene's, too.
+  entry.bytes += device_.allocated_bytes() - std::min(device_bytes, device_.allocated_bytes());
+  if (image && request.type == ImageType::label) paint_labels(*image, *entry.scene, gltf);
+  make_room();
+  return image;
+}
+
+Result<RenderedImage> ImageRenderer::encode(sinks::FrameImage&& image, const RenderRequest& request) const {
+  if (request.type != ImageType::depth) return png_of(image);
+  return RenderedImage{"image/tiff",
+                       encode_depth(values_of<float>(image), request.width, request.height,
+                                    {request.min_depth_m, request.max_depth_m}, settings_.depth_format)};
 }
 
 Result<sinks::FrameImage> ImageRenderer::draw(CachedScene& scene, const passes::View& view,

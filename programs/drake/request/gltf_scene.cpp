@@ -6,7 +6,6 @@
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "base/glb.h"
@@ -67,18 +66,60 @@ std::optional<std::string_view> data_uri_of(std::string_view uri,
   return data_uris[*index];
 }
 
+// Counts the values of a document and their nesting, before memory is spent on them. A callback of the parser
+// would take quadratic time: for each element that ends it searches all of its array.
+class ValueCounter final : public nlohmann::json_sax<Json> {
+ public:
+  const std::string& error() const { return error_; }
+
+  bool null() override { return add(); }
+  bool boolean(bool) override { return add(); }
+  bool number_integer(number_integer_t) override { return add(); }
+  bool number_unsigned(number_unsigned_t) override { return add(); }
+  bool number_float(number_float_t, const string_t&) override { return add(); }
+  bool string(string_t&) override { return add(); }
+  bool binary(binary_t&) override { return add(); }
+  bool key(string_t&) override { return add(); }
+  bool start_object(std::size_t) override { return open(); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(); }
+  bool end_array() override { return close(); }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& fault) override {
+    error_ = fault.what();
+    return false;
+  }
+
+ private:
+  bool add() {
+    if (++values_ <= kMaxValues) return true;
+    error_ = "it has more than " + std::to_string(kMaxValues) + " values";
+    return false;
+  }
+  bool open() {
+    if (++depth_ <= kMaxDepth) return add();
+    error_ = "it nests deeper than " + std::to_string(kMaxDepth);
+    return false;
+  }
+  bool close() {
+    --depth_;
+    return add();
+  }
+
+  size_t values_ = 0;
+  int depth_ = 0;
+  std::string error_;
+};
+
 Result<Json> parse(std::string_view text) {
-  size_t values = 0;
-  const Json::parser_callback_t count = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxDepth) throw std::runtime_error("it nests deeper than " + std::to_string(kMaxDepth));
-    if (++values > kMaxValues)
-      throw std::runtime_error("it has more than " + std::to_string(kMaxValues) + " values");
-    return true;
+  const auto refuse = [](const std::string& why) {
+    return Error{"the scene is not glTF in JSON: " + printable_text(why, 300)};
   };
   try {
-    return Json::parse(text, count);
+    ValueCounter counter;
+    if (!Json::sax_parse(text, &counter)) return refuse(counter.error());
+    return Json::parse(text);
   } catch (const std::exception& error) {
-    return Error{"the scene is not glTF in JSON: " + printable_text(error.what(), 300)};
+    return refuse(error.what());
   }
 }
 
@@ -232,9 +273,15 @@ Result<void> GltfScene::read_labels() {
   Json* const meshes = objects(document_, "meshes");
   Json* const materials = objects(document_, "materials");
   label_of_node_.assign(nodes.size(), Rgb8{255, 255, 255});
+  // Many nodes may have one mesh of many surfaces.
+  std::vector<std::optional<Rgb8>> label_of_mesh(meshes ? meshes->size() : 0);
   for (size_t n = 0; n < nodes.size(); ++n) {
     const auto mesh = meshes ? index_in(nodes[n], "mesh", meshes->size()) : std::nullopt;
     if (!mesh) continue;
+    if (label_of_mesh[*mesh]) {
+      label_of_node_[n] = *label_of_mesh[*mesh];
+      continue;
+    }
     Json* const primitives = objects((*meshes)[*mesh], "primitives");
     std::optional<Rgb8> label;
     for (size_t p = 0; primitives && p < primitives->size(); ++p) {
@@ -254,6 +301,7 @@ Result<void> GltfScene::read_labels() {
       label = found;
     }
     if (label) label_of_node_[n] = *label;
+    label_of_mesh[*mesh] = label_of_node_[n];
   }
   return {};
 }

@@ -74,10 +74,16 @@ Result<void> add_images(const GltfDocument& document, std::span<const uint32_t> 
   }
   for (const Texture& texture : scene.textures)
     (texture.srgb ? encoded[texture.image].is_color : encoded[texture.image].is_data) = true;
-  auto decoded = decode_images(encoded, {limits.max_image_pixels, limits.reserve, limits.stop_requested},
-                               [&](size_t done) {
-                                 if (progress) progress("images", done, encoded.size());
-                               });
+  const auto reserve = [&limits](uint64_t bytes) -> Result<void> {
+    if (bytes > limits.max_decoded_image_bytes)
+      return Error{"decoded they take more than " + std::to_string(limits.max_decoded_image_bytes >> 20) +
+                   " MiB: make them smaller, or raise the limit (fire3dv-drake --max-images)"};
+    return limits.reserve ? limits.reserve(bytes) : Result<void>();
+  };
+  auto decoded =
+      decode_images(encoded, {limits.max_image_pixels, reserve, limits.stop_requested}, [&](size_t done) {
+        if (progress) progress("images", done, encoded.size());
+      });
   if (!decoded) return decoded.error();
   scene.images = std::move(decoded->images);
   for (std::string& warning : decoded->warnings) scene.warnings.push_back(std::move(warning));

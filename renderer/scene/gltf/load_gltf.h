@@ -18,9 +18,10 @@ struct LoadLimits {
   uint64_t max_file_bytes = 4ull << 30;
   uint64_t max_image_pixels = 16384ull * 16384ull;
   uint32_t max_json_depth = 64;
-  uint64_t max_elements = 1ull << 31;    // vertices or indices in one accessor
-  uint64_t max_nodes = UINT32_MAX;       // including instances
-  uint64_t max_path_bytes = 1ull << 30;  // of all nodes: paths repeat the names of all ancestors
+  uint64_t max_decoded_image_bytes = UINT64_MAX;  // of all images; counted before they are decoded
+  uint64_t max_elements = 1ull << 31;             // vertices or indices in one accessor
+  uint64_t max_nodes = UINT32_MAX;                // including instances
+  uint64_t max_path_bytes = 1ull << 30;           // of all nodes: paths repeat the names of all ancestors
   // Called with the size of each large allocation in advance, from any thread. An error aborts the load.
   std::function<Result<void>(uint64_t bytes)> reserve = {};
   // Polled between meshes and images, from any thread. Returning true aborts the load with an error.

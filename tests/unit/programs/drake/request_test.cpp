@@ -198,6 +198,38 @@ TEST(DrakeScene, RefusesBrokenScenes) {
   EXPECT_NE(deep.error().message.find("nests deeper"), std::string::npos);
 }
 
+// With quadratic time these two take minutes.
+TEST(DrakeScene, ManyObjectsAreRead) {
+  std::string many = "[{}";
+  for (int i = 0; i < 600'000; ++i) many += ",{}";
+  std::string text = scene_at(1, 4);
+  text.insert(1, "\"extras\":" + many + "],");
+  const auto scene = GltfScene::read(text, ImageType::color);
+  EXPECT_TRUE(scene) << scene.error().message;
+  std::string more = many;
+  for (int i = 0; i < 3; ++i) more += "," + many.substr(1);
+  text.insert(1, "\"more\":" + more + "],");
+  const auto too_many = GltfScene::read(text, ImageType::color);
+  ASSERT_FALSE(too_many);
+  EXPECT_NE(too_many.error().message.find("more than 4000000 values"), std::string::npos);
+}
+
+TEST(DrakeScene, NodesShareMeshOfManySurfaces) {
+  constexpr size_t kCount = 30'000;
+  std::string nodes, surfaces;
+  for (size_t i = 0; i < kCount; ++i) {
+    nodes += R"({"mesh":0},)";
+    surfaces += R"({"attributes":{"POSITION":0},"material":0},)";
+  }
+  std::string text = scene_at(1, 4);
+  text.insert(text.find(R"({"children")"), nodes);
+  const std::string first = R"("primitives":[)";
+  text.insert(text.find(first) + first.size(), surfaces);
+  const auto scene = GltfScene::read(text, ImageType::label);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->label_of_node()[kCount], (Rgb8{51, 102, 0}));
+}
+
 // Data URIs are found without a JSON parser; the result is that of one.
 TEST(DrakeScene, DataUrisMatchAParser) {
   const std::string data = "data:application/octet-stream;base64,AAAA";
