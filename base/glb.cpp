@@ -1,5 +1,7 @@
 #include "base/glb.h"
 
+#include <cstdint>
+
 #include "base/error.h"
 
 namespace fire3dv::base {

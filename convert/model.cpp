@@ -1,6 +1,5 @@
 #include "convert/model.h"
 
-#include <cmath>
 #include <numbers>
 #include <utility>
 

@@ -1,11 +1,9 @@
 #include "convert/readers.h"
 
-#include <filesystem>
 #include <system_error>
 
+#include "base/text.h"
 #include "convert/description_files.h"
-#include "convert/model.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstddef>
 #include <iterator>
 #include <optional>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "renderer/scene/files.h"
 

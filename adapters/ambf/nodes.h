@@ -3,7 +3,6 @@
 // fire3dv-convert's output (convert/readers.h).
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>

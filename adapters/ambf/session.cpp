@@ -1,7 +1,6 @@
 #include "adapters/ambf/session.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <utility>
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
-#include <string>
 
 #include "adapters/mujoco/compiled/compiled_scene.h"
 #include "base/text.h"

@@ -14,7 +14,6 @@
 #include <fire3dv/client.hpp>
 #include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include "adapters/ros2/bridge.h"
 
-#include <chrono>
 #include <utility>
 
 #include "base/clock.h"

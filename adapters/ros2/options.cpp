@@ -3,8 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
-#include <memory>
-#include <string_view>
 
 #include "base/command_line.h"
 #include "base/text.h"

@@ -5,7 +5,6 @@
 #include <fire3dv/markers.h>
 #include <fire3dv/client.hpp>
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>

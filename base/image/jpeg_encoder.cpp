@@ -1,7 +1,6 @@
 #include "base/image/jpeg_encoder.h"
 
 #include <csetjmp>
-#include <cstdio>  // jpeglib.h uses FILE
 #include <string>
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include <signal.h>
 
 #include <atomic>
-#include <initializer_list>
 
 namespace fire3dv {
 

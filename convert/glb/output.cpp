@@ -9,8 +9,8 @@
 #include <string>
 
 #include "base/files.h"
+#include "base/text.h"
 #include "renderer/scene/cache_files.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -10,14 +10,12 @@
 #include <map>
 #include <numbers>
 #include <ostream>
-#include <span>
 #include <streambuf>
 #include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "convert/glb/glb_joints.h"
-#include "convert/model.h"
 #include "convert/surfaces.h"
 
 namespace fire3dv::convert {

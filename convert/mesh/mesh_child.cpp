@@ -20,7 +20,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "renderer/scene/files.h"
+#include "base/text.h"
 
 namespace fire3dv::convert {
 

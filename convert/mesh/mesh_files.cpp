@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <span>
 #include <system_error>
@@ -13,7 +12,6 @@
 #include "convert/glb/write_glb.h"
 #include "convert/mesh/geometry/mesh_normals.h"
 #include "convert/mesh/smooth_surface.h"
-#include "convert/model.h"
 #include "convert/surfaces.h"
 #include "renderer/scene/files.h"
 

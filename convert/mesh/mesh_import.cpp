@@ -12,10 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -35,7 +33,6 @@
 #include "convert/mesh/text/mesh_text.h"
 #include "convert/mesh/text/obj_text.h"
 #include "convert/mesh/three_mf.h"
-#include "convert/model.h"
 #include "renderer/scene/files.h"
 
 namespace fire3dv::convert {

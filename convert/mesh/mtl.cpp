@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <map>
 #include <optional>
-#include <utility>
 
 #include "base/numbers.h"
 #include "base/text.h"

@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <initializer_list>
-#include <string>
-#include <utility>
 
 namespace fire3dv::convert {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "renderer/scene/files.h"
+#include "base/text.h"
 
 namespace fire3dv::convert {
 namespace {

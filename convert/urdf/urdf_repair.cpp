@@ -1,11 +1,10 @@
 #include "convert/urdf/urdf_repair.h"
 
 #include <cstddef>
-#include <string>
 #include <string_view>
 
+#include "base/text.h"
 #include "base/words.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <string_view>
 
+#include "base/text.h"
 #include "convert/description_files.h"
 #include "convert/xml_error.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
+#include "base/text.h"
 #include "convert/model.h"
 #include "convert/xacro/substitution.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert::xacro {
 namespace {

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 
 #include "protocol/record/mcap/bytes.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/mcap/reader.h"
-#include "protocol/record/mcap/writer.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {

@@ -1,7 +1,6 @@
 // MCAP attachments of recordings: scene and other files.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -1,7 +1,6 @@
 #include "protocol/record/damage.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "frame_transforms_generated.h"
 #include "protocol/record/foxglove_encoding.h"

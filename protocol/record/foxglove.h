@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "protocol/wire/affine.h"
 #include "protocol/wire/encode.h"

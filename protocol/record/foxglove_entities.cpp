@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <string>
 #include <vector>
 
 #include "point_cloud_generated.h"

@@ -1,10 +1,5 @@
 #include "protocol/record/foxglove_markers.h"
 
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "protocol/record/foxglove.h"
 #include "protocol/record/foxglove_encoding.h"
 #include "protocol/record/foxglove_entities.h"

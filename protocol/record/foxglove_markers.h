@@ -2,7 +2,6 @@
 // has the mapping and its losses. Not thread-safe.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>

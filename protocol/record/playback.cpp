@@ -1,7 +1,6 @@
 #include "protocol/record/playback.h"
 
 #include <algorithm>
-#include <map>
 #include <string_view>
 
 #include "protocol/wire/check.h"

@@ -1,10 +1,6 @@
 #include "protocol/record/stream_log.h"
 
 #include <algorithm>
-#include <utility>
-
-#include "protocol/record/channels.h"
-#include "protocol/wire/limits.h"
 
 namespace fire3dv::record {
 namespace {

@@ -1,7 +1,6 @@
 #include "protocol/robot/robot_json.h"
 
 #include <cmath>
-#include <cstdint>
 #include <utility>
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <numeric>
-#include <vector>
 
 #include "base/text.h"
 

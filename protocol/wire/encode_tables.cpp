@@ -1,7 +1,6 @@
 // Encoding of scene edits and of image messages. Tables are built field by field, as in encode.cpp, so that
 // the bytes do not depend on the flatc version.
 #include <cstring>
-#include <type_traits>
 
 #include "base/error.h"
 #include "protocol/wire/encode_tables.h"

@@ -3,11 +3,9 @@
 // radians unless world_from_stream defines another unit. Times are nanoseconds.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 

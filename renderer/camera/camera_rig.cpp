@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <span>
 #include <utility>
-#include <vector>
 
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/facing.h"

@@ -3,7 +3,6 @@
 // thread only.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <future>

@@ -1,7 +1,6 @@
 #include "renderer/editing/overlay_file.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>

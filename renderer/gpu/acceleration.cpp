@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 
 namespace fire3dv::gpu {

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <exception>
 #include <utility>
-#include <vector>
 
 namespace fire3dv::gpu {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <memory>
 #include <vector>
 
 #include "renderer/gpu/frame_ring.h"

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <string>
 #include <string_view>
 
 #include "base/error.h"

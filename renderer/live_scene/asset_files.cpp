@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <optional>
-#include <vector>
 
 #include "base/text.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::app {
 

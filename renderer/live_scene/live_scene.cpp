@@ -1,12 +1,8 @@
 #include "renderer/live_scene/live_scene.h"
 
 #include <algorithm>
-#include <functional>
 #include <iterator>
-#include <map>
-#include <memory>
 #include <new>
-#include <utility>
 
 #include "base/clock.h"
 #include "renderer/scene/derived/variants.h"

@@ -1,7 +1,6 @@
 #include "renderer/live_scene/peer_draw_time.h"
 
 #include <algorithm>
-#include <memory>
 #include <set>
 
 #include "base/clock.h"

@@ -9,11 +9,9 @@
 #include "base/text.h"
 #include "renderer/live_scene/gpu_bytes.h"
 #include "renderer/scene/clusters/clusters.h"
-#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/scene/model/scene_edits.h"
-#include "renderer/state/node_index.h"
 
 namespace fire3dv::app {
 

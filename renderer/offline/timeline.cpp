@@ -1,7 +1,6 @@
 #include "renderer/offline/timeline.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <numeric>
 #include <optional>
 

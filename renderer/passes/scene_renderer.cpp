@@ -1,6 +1,5 @@
 #include "renderer/passes/scene_renderer.h"
 
-#include <algorithm>
 #include <iterator>
 #include <string>
 #include <utility>

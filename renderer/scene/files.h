@@ -2,10 +2,8 @@
 // asset's folder, links resolved, are followed.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>

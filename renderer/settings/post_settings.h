@@ -1,8 +1,6 @@
 // Draw settings of post-processing: exposure, tone mapping, FXAA, bloom, and the lens of raster images.
 #pragma once
 
-#include <cstdint>
-
 #include "renderer/scene/model/appearance.h"
 
 namespace fire3dv::settings {

@@ -1,7 +1,6 @@
 #include "renderer/state/robot_pose.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace fire3dv::state {

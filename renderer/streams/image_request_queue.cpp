@@ -1,7 +1,5 @@
 #include "renderer/streams/image_request_queue.h"
 
-#include <optional>
-
 namespace fire3dv::app {
 
 void ImageRequestQueue::on_image_request(state::RequesterId requester, const wire::ImageRequest& request,

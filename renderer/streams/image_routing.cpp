@@ -1,5 +1,4 @@
 // Routing of image requests and replies between the links and the queue of requests.
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <numeric>
 #include <thread>
-#include <utility>
 
 #include "base/clock.h"
 #include "base/log.h"

@@ -6,8 +6,6 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include "renderer/window/window_input.h"
-
 namespace fire3dv::sinks {
 namespace {
 

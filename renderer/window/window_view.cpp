@@ -10,9 +10,7 @@
 #include "renderer/editing/view_transfer.h"
 #include "renderer/images/image_service.h"
 #include "renderer/passes/path/path_pass.h"
-#include "renderer/streams/playout_options.h"
 #include "renderer/window/measurement.h"
-#include "renderer/window/view_control.h"
 
 namespace fire3dv::app {
 

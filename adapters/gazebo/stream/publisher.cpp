@@ -1,7 +1,6 @@
 #include "adapters/gazebo/stream/publisher.h"
 
 #include <chrono>
-#include <utility>
 
 #include "adapters/generic/call_client.h"
 #include "protocol/wire/limits.h"

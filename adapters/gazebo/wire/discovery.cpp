@@ -2,9 +2,6 @@
 
 #include <arpa/inet.h>
 
-#include <cstring>
-#include <utility>
-
 #include "base/numbers.h"
 #include "gazebo.pb.h"
 

@@ -6,10 +6,8 @@
 #include <zmq.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
 #include "base/clock.h"

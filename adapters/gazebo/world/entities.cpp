@@ -1,7 +1,6 @@
 #include "adapters/gazebo/world/entities.h"
 
 #include <cmath>
-#include <map>
 #include <utility>
 
 namespace fire3dv::gazebo {

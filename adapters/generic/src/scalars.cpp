@@ -3,7 +3,6 @@
 
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "call.h"
 #include "protocol/wire/check.h"

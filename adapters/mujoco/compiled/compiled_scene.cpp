@@ -1,6 +1,5 @@
 #include "adapters/mujoco/compiled/compiled_scene.h"
 
-#include <cmath>
 #include <memory>
 #include <utility>
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <mutex>
 
-#include "renderer/scene/files.h"
+#include "base/text.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,7 +1,6 @@
 // Discovered participants and publishers of a domain: names for messages, and reasons for silence.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <unordered_map>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "adapters/ros2/dds/topics.h"
 
-#include <cstddef>
 #include <iterator>
 
 namespace fire3dv::ros2 {

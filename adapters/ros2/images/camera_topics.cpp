@@ -1,9 +1,6 @@
 #include "adapters/ros2/images/camera_topics.h"
 
-#include <algorithm>
 #include <fire3dv/client.hpp>
-#include <limits>
-#include <span>
 #include <utility>
 
 #include "adapters/ros2/images/camera_model.h"

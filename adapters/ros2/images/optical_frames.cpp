@@ -1,7 +1,5 @@
 #include "adapters/ros2/images/optical_frames.h"
 
-#include <utility>
-
 #include "adapters/ros2/images/camera_model.h"
 #include "adapters/ros2/images/messages.h"
 

@@ -7,7 +7,6 @@
 #include <initializer_list>
 #include <numbers>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "adapters/ros2/dds/names.h"

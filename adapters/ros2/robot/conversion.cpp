@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <string>
 #include <utility>
 
 #include "base/files.h"

@@ -1,7 +1,6 @@
 // Text of mesh files: UTF-16 to UTF-8, and numbers as exporters write them.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>

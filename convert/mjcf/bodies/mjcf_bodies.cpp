@@ -1,7 +1,6 @@
 #include "convert/mjcf/bodies/mjcf_bodies.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "renderer/scene/files.h"

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "convert/mjcf/assets/mjcf_source.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,7 +1,6 @@
 #include "convert/mjcf/bodies/mjcf_kinematics.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 namespace fire3dv::convert {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "convert/mjcf/deformable/composite_parts.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -1,11 +1,11 @@
 // Composites of MuJoCo 2: particles, grids, ropes, loops, cloth and shells.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 
 #include "convert/mjcf/deformable/composite_parts.h"
-#include "renderer/scene/files.h"
+
+#include "base/text.h"
 
 namespace fire3dv::convert {
 namespace {

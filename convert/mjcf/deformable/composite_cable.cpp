@@ -5,7 +5,8 @@
 #include <sstream>
 
 #include "convert/mjcf/deformable/composite_parts.h"
-#include "renderer/scene/files.h"
+
+#include "base/text.h"
 
 namespace fire3dv::convert {
 namespace {

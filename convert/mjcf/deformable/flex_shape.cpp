@@ -5,9 +5,9 @@
 #include <map>
 #include <numbers>
 
+#include "base/text.h"
 #include "convert/mjcf/xml/mjcf_attributes.h"
 #include "convert/surfaces.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

@@ -3,7 +3,6 @@
 
 #include "convert/mjcf/bodies/mjcf_bodies.h"
 #include "convert/mjcf/deformable/composite.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -1,9 +1,6 @@
 // flexcomp elements: a deformable object with a body for each of its points, or for the nodes of a lattice
 // around it.
 #include <algorithm>
-#include <cmath>
-#include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 

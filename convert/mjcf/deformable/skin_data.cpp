@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/text.h"
 #include "convert/mjcf/xml/mjcf_attributes.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 namespace {

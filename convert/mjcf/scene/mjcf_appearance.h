@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "convert/mjcf/scene/mjcf_scene.h"
 #include "convert/model.h"

@@ -4,7 +4,6 @@
 #include <tinyxml2.h>
 
 #include <set>
-#include <string>
 
 #include "convert/description_files.h"
 #include "convert/xml_error.h"

@@ -2,7 +2,6 @@
 // of a confined model lie below its folder and those that the user named.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -10,7 +10,6 @@
 #include "convert/sdf/files/sdf_files.h"
 #include "convert/sdf/files/sdf_version.h"
 #include "convert/sdf/library/sdf_reader.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::convert {
 

@@ -1,6 +1,5 @@
 #include "convert/sdf/library/sdf_appearance.h"
 
-#include <cstddef>
 #include <sdf/Box.hh>
 #include <sdf/Capsule.hh>
 #include <sdf/Cylinder.hh>

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <utility>
 
 #include "convert/xacro/expression/expression.h"

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstring>
-#include <string>
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define FIRE3DV_CRC_BY_PRODUCTS

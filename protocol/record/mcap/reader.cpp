@@ -6,7 +6,6 @@
 #include <ranges>
 #include <utility>
 
-#include "protocol/record/mcap/bytes.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {

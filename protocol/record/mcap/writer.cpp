@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "protocol/record/mcap/bytes.h"
-
 namespace fire3dv::record {
 namespace {
 

@@ -1,7 +1,6 @@
 // Base classes of the links over TCP and UDP: publisher and listener.
 #pragma once
 
-#include <algorithm>
 #include <deque>
 #include <memory>
 #include <mutex>

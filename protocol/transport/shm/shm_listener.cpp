@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <thread>
 
 #include "base/clock.h"
 #include "protocol/transport/core/link_counters.h"

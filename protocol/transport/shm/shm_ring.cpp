@@ -1,11 +1,9 @@
 #include "protocol/transport/shm/shm_ring.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <cstring>
 
 #include "base/error.h"
-#include "protocol/transport/shm/shm_layout.h"
 
 #if (defined(__x86_64__) || defined(__aarch64__)) && !defined(__SANITIZE_THREAD__)
 #define FIRE3DV_COPY_BY_LIBRARY 1

@@ -1,13 +1,11 @@
 #include "protocol/transport/tcp/tcp_peer.h"
 
 #include <algorithm>
-#include <array>
 #include <asio/write.hpp>
 #include <new>
 #include <utility>
 
 #include "base/clock.h"
-#include "protocol/transport/tcp/tcp_connection.h"
 
 namespace fire3dv::transport::tcp {
 namespace {

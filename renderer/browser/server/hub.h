@@ -1,11 +1,9 @@
 // State that the connections of the live view share, and the exchange of events with the frame loop.
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "renderer/browser/server/server.h"

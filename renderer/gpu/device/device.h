@@ -2,7 +2,6 @@
 // More than 60 members: submission, memory and destruction share the timeline; the others are accessors.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cstdlib>
 #include <fstream>
-#include <set>
 
 #include "base/text.h"
 #include "renderer/gpu/device/device_features.h"

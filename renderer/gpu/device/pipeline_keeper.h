@@ -3,7 +3,6 @@
 // pipeline takes to compile.
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>

@@ -5,7 +5,6 @@
 #include <vk_mem_alloc.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <system_error>
 #include <utility>
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <span>
-#include <vector>
 
 #include "renderer/gpu/device/device.h"
 #include "shaders/shared/bindings.h"

@@ -5,7 +5,6 @@
 
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "base/digest.h"
 #include "renderer/gpu/device/device.h"

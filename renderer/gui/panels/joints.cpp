@@ -1,7 +1,6 @@
 // Panel of the joints of the scene's robot: a slider for each revolute and prismatic joint.
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <glm/gtc/quaternion.hpp>
 #include <string_view>
 #include <unordered_map>
-#include <utility>
 
 #include "renderer/gui/panels.h"
 

@@ -1,7 +1,6 @@
 #include "renderer/passes/path/path_pass.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 
 #include "base/plural.h"

@@ -1,7 +1,6 @@
 #include "renderer/passes/post/depth_of_field_pass.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "shaders/shared/types.h"
 

@@ -2,7 +2,6 @@
 // and textures are uploaded once; the transforms pass writes all moving data.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>

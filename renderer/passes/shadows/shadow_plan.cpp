@@ -1,7 +1,6 @@
 #include "renderer/passes/shadows/shadow_plan.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/vectors.h"
 #include "renderer/gpu/device/device.h"

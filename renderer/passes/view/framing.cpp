@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "renderer/passes/view/view.h"
-#include "renderer/scene/model/bounds.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/scene/model/surface_area.h"
 

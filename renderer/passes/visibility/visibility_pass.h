@@ -1,7 +1,6 @@
 // Compute raster path: draws ids into a visibility buffer, then shades from the ids.
 #pragma once
 
-#include <array>
 #include <map>
 #include <span>
 

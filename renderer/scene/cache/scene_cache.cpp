@@ -10,9 +10,7 @@
 
 #include "base/parallel.h"
 #include "renderer/scene/cache/member_bytes.h"
-#include "renderer/scene/cache_files.h"
 #include "renderer/scene/derived/derived_fields.h"
-#include "renderer/scene/derived/loaded_scene.h"
 #include "scene_sources_digest.h"
 
 namespace fire3dv::scene {

@@ -1,7 +1,5 @@
 #include "renderer/scene/derived/loaded_scene.h"
 
-#include <algorithm>
-
 #include "base/text.h"
 #include "base/vectors.h"
 #include "renderer/scene/model/scene_fields.h"

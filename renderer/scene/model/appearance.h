@@ -2,7 +2,6 @@
 // to the arrays of Scene.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>

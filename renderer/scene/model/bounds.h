@@ -6,7 +6,6 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <span>
-#include <vector>
 
 #include "renderer/scene/model/scene.h"
 

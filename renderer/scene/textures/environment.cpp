@@ -5,7 +5,6 @@
 #include <new>
 
 #include "base/parallel.h"
-#include "renderer/scene/files.h"
 
 namespace fire3dv::scene {
 namespace {

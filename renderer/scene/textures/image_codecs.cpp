@@ -4,10 +4,8 @@
 #include <cstring>
 #include <memory>
 #include <new>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "renderer/scene/textures/ktx2/decode_ktx2.h"
 #include "renderer/scene/textures/ktx2/ktx2_file.h"

@@ -2,7 +2,6 @@
 // each. Elements are sampled, so that an estimate costs little however large the content is.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 

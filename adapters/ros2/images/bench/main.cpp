@@ -14,7 +14,6 @@
 #include <iostream>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "adapters/ros2/dds/topics.h"

@@ -1,7 +1,6 @@
 #include "protocol/transport/core/link_factories.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/clock.h"
 #include "base/random.h"

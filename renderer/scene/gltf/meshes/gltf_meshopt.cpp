@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "renderer/scene/gltf/meshes/meshopt_vertices.h"
 
