@@ -143,7 +143,8 @@ void StreamReceiver::report_losses(Peer peer, PeerStream& stream) {
   std::snprintf(counts, sizeof counts, "%.0f of %.0f a second", stream.losses.missing_per_s(),
                 stream.losses.begun_per_s());
   log(warning(name + ": frames come incomplete (" + counts + "): parts of them are lost or too late on " +
-              listeners_[peer.first]->uri() + "; use tcp:// or tls:// there, or send smaller frames"));
+              listeners_[peer.first]->uri() +
+              "; use tcp:// or tls:// there, ?parity=25 to a group, or smaller frames"));
 }
 
 bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
