@@ -121,8 +121,9 @@ export class Input {
     }
   }
 
+  // + is released as = by whoever releases Shift first.
   release(key) {
-    this.held.delete(key);
+    for (const held of key === "=" || key === "+" ? "=+" : [key]) this.held.delete(held);
   }
 
   wake() {

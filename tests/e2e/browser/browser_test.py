@@ -34,6 +34,55 @@ def image(test):
         session.end()
 
 
+# Records the messages of the page to the renderer.
+RECORD = """(() => {
+  const send = WebSocket.prototype.send;
+  WebSocket.prototype.send = function (data) {
+    if (typeof data === "string") window.sent.push(JSON.parse(data));
+    return send.call(this, data);
+  };
+})()"""
+TWO_FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))"
+
+
+def arrow_keys(page, at):
+    """Each arrow key moves the camera as a drag in its direction does: turns it, or with Shift pans; and only until it is released."""
+    page.evaluate(RECORD)
+
+    def moves(kind, act):
+        """Sum of each number of the messages of this kind."""
+        nonlocal at
+        before = canvas(page)[2]
+        page.evaluate("window.sent = []")
+        act()
+        at = image_after(page, at)
+        page.evaluate(TWO_FRAMES)
+        sent = page.evaluate("window.sent.filter((message) => message.type !== 'shown' && message.type !== 'log')")
+        check(sent and all(message["type"] in (kind, "camera") for message in sent), f"not {kind}: {sent}")
+        check(psnr_db(before, canvas(page)[2]) < 60, f"{sent} does not change the image")
+        page.evaluate(TWO_FRAMES)
+        later = page.evaluate("window.sent.filter((message) => message.type !== 'shown' && message.type !== 'log')")
+        check(len(later) == len(sent), f"the camera moves on: {later[len(sent):]}")
+        return [sum(message.get(name, 0) for message in sent) for name in (("yaw", "pitch") if kind == "orbit" else ("right", "up"))]
+    for modifiers, kind in ((0, "orbit"), (8, "pan")):
+        for axis, keys, end in ((0, ("ArrowLeft", "ArrowRight"), (100, 70)), (1, ("ArrowUp", "ArrowDown"), (120, 50))):
+            by_drag = moves(kind, lambda: page.drag((120, 70), end, button="right" if modifiers else "left"))
+            for key, sign in zip(keys, (1, -1)):
+                by_key = moves(kind, lambda: page.key(key, modifiers=modifiers))
+                check(sign * by_key[axis] * by_drag[axis] > 0 and by_key[1 - axis] == 0, f"{key} of {kind}: {by_key}, a drag: {by_drag}")
+    # + is Shift and =; whoever releases Shift first must not zoom for ever.
+    page.evaluate("window.sent = []")
+    page.call("Input.dispatchKeyEvent", type="keyDown", key="+", code="Equal", modifiers=8, text="+")
+    page.call("Input.dispatchKeyEvent", type="keyUp", key="=", code="Equal")
+    page.evaluate(TWO_FRAMES)
+    zooms = "window.sent.filter((message) => message.type === 'zoom').length"
+    count = page.evaluate(zooms)
+    check(count > 0, "+ does not zoom")
+    page.evaluate(TWO_FRAMES)
+    check(page.evaluate(zooms) == count, "the zoom goes on after the key is released")
+    return image_after(page, at)
+
+
 def cameras(test):
     """Each viewer has a camera of its own, which mouse, wheel, keys and fingers move."""
     session = Session(test)
@@ -53,6 +102,8 @@ def cameras(test):
             after = canvas(first)[2]
             check(psnr_db(before, after) < LEAST_PSNR_DB, f"{what} does not move the camera")
             before = after
+        at_first = arrow_keys(first, at_first)
+        before = canvas(first)[2]
         first.size(WIDTH, HEIGHT, touch=True)
         first.touch("touchStart", (100, 100), (140, 100))
         for i in range(1, 5):
