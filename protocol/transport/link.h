@@ -118,6 +118,7 @@ class PublisherLink {
   struct Image {
     std::shared_ptr<const void> memory;
     std::span<const std::byte> block;
+    bool is_lent = false;  // part of a larger memory of the link, which it keeps
   };
   virtual std::optional<Image> poll_image() { return {}; }
 

@@ -45,6 +45,11 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
   const size_t block_bytes = wire::max_block_bytes(pixel_bytes);
   const size_t longest = std::max(block_bytes, max_block_bytes());
   if (auto room = link.make_room_for_images(longest, open_.size() + 1); !room) return room.error();
+  if (open_.size() + 1 > most_open_ || longest > most_block_bytes_) {
+    most_open_ = std::max(most_open_, open_.size() + 1);
+    most_block_bytes_ = std::max(most_block_bytes_, longest);
+    copy_lent_images();
+  }
 
   request.id = last_id_ + 1;
   request.place = free_slots_.empty() ? next_slot_ : free_slots_.back();
@@ -189,6 +194,17 @@ void Images::bound_arrived() {
     if (!open_.contains(oldest.frame.request))
       refuse(oldest.frame.request, "its image was given up, since too many had come that nobody took");
     arrived_.pop_front();
+  }
+}
+
+// The link may have moved to larger memory: images that nobody takes would keep the earlier one.
+void Images::copy_lent_images() {
+  for (Arrived& image : arrived_) {
+    if (!image.keep.is_lent) continue;
+    const auto copy = std::make_shared<const wire::Bytes>(image.keep.block.begin(), image.keep.block.end());
+    const auto offset = static_cast<size_t>(image.pixels.data() - image.keep.block.data());
+    image.pixels = std::span<const std::byte>(*copy).subspan(offset, image.pixels.size());
+    image.keep = {copy, *copy};
   }
 }
 

@@ -69,8 +69,10 @@ class Images {
   std::optional<size_t> max_block_bytes_ = 0;  // maximum over open_; empty: recompute
   size_t max_block_bytes();
   void bound_arrived();
+  void copy_lent_images();
 
-  std::deque<Arrived> arrived_;  // at most one per request, the newest
+  std::deque<Arrived> arrived_;                  // at most one per request, the newest
+  size_t most_open_ = 0, most_block_bytes_ = 0;  // that the link has made room for
   std::map<uint64_t, std::string> refused_;
   uint64_t dropped_ = 0;
   std::string dropped_why_;  // of the last one

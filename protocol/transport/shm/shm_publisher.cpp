@@ -90,6 +90,7 @@ class ShmPublisher final : public PublisherLink {
   bool read_replies_of(const std::shared_ptr<Published>& from);
   void note_image(const std::shared_ptr<Published>& from, uint32_t reader, const ImageNotification& notice);
   bool carry_newest_pose(Published& next);
+  void give_up_replaced(int64_t now_ns);
   void count_readers(int64_t now_ns);
   void write_description() {
     now_->descriptions.write({description_, {}}, 0);
@@ -108,6 +109,7 @@ class ShmPublisher final : public PublisherLink {
     std::shared_ptr<Published> from;
     uint32_t reader = 0;
     ImageNotification notice;
+    std::shared_ptr<const wire::Bytes> copy = {};  // of a segment that was given up; from is null then
   };
   std::deque<NotedImage> noted_images_;
   std::vector<std::byte> reply_;
@@ -122,7 +124,27 @@ class ShmPublisher final : public PublisherLink {
   LinkCounters counters_;
 };
 
+// Replaced segments: neither their descriptors nor images that nobody has polled keep them. Images that were
+// lent keep the memory until they are released.
+void ShmPublisher::give_up_replaced(int64_t now_ns) {
+  for (; !before_.empty() && now_ns > before_.front()->forget_at_ns; before_.pop_front()) {
+    Published& old = *before_.front();
+    for (NotedImage& noted : noted_images_) {
+      if (noted.from != before_.front()) continue;
+      noted.from = nullptr;
+      const auto block = old.images.take(noted.notice, noted.reader);
+      if (!block) continue;  // replaced
+      noted.copy = std::make_shared<const wire::Bytes>(block->begin(), block->end());
+      old.images.let_go(noted.notice.slot);
+    }
+    std::erase_if(noted_images_, [](const NotedImage& noted) { return !noted.from && !noted.copy; });
+    old.segment.fd = UniqueFd();
+    old.segment.lock_fd = UnforkableFd();
+  }
+}
+
 Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& description) {
+  give_up_replaced(monotonic_ns());
   auto made = create_segment(name_, sizes, publisher_id_);
   if (!made) return made.error();
   auto next = std::make_shared<Published>(std::move(*made));
@@ -272,7 +294,7 @@ void ShmPublisher::note_image(const std::shared_ptr<Published>& from, uint32_t r
     return counters_.reject(Cause::malformed);  // duplicate notice
   if (noted_images_.size() >= 2 * kMaxImageSlots)
     std::erase_if(noted_images_, [](const NotedImage& noted) {
-      return !noted.from->images.is_there(noted.notice, noted.reader);
+      return noted.from && !noted.from->images.is_there(noted.notice, noted.reader);
     });
   if (noted_images_.size() >= 2 * kMaxImageSlots) return counters_.reject(Cause::unread);
   noted_images_.push_back({from, reader, notice});
@@ -308,6 +330,15 @@ std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
   while (!noted_images_.empty()) {
     const NotedImage noted = std::move(noted_images_.front());
     noted_images_.pop_front();
+    if (noted.copy) {
+      if (!wire::read_image_block(*noted.copy)) {
+        counters_.reject(Cause::malformed);
+        continue;
+      }
+      counters_.images_received.add();
+      counters_.bytes_received.add(noted.copy->size());
+      return Image{noted.copy, *noted.copy};
+    }
     const auto block = noted.from->images.take(noted.notice, noted.reader);
     if (!block) continue;  // a newer image of its request replaced it, and its reader has counted that
     if (!wire::read_image_block(*block)) {
@@ -324,7 +355,7 @@ std::optional<PublisherLink::Image> ShmPublisher::poll_image() {
       from->images.let_go(slot);
       from->lent_images.fetch_sub(1, std::memory_order_relaxed);
     };
-    Image image{std::shared_ptr<const void>(block->data(), let_go), *block};
+    Image image{std::shared_ptr<const void>(block->data(), let_go), *block, true};
     // Half of the slots stay for images to come: a caller that keeps more images gets copies.
     if (noted.from->lent_images.load(std::memory_order_relaxed) >
         noted.from->segment.geometry.images.count / 2) {
@@ -353,7 +384,7 @@ bool ShmPublisher::carry_newest_pose(Published& next) {
 void ShmPublisher::count_readers(int64_t now_ns) {
   if (now_ns < next_count_ns_) return;
   next_count_ns_ = now_ns + kCountReadersEveryNs;
-  while (!before_.empty() && now_ns > before_.front()->forget_at_ns) before_.pop_front();
+  give_up_replaced(now_ns);
   uint64_t alive = 0;
   for (uint32_t i = 0; i < kReaderCount; ++i) {
     if (atomic_word(now_->segment.reader(i).active).load(std::memory_order_relaxed) == 0) continue;

@@ -27,11 +27,12 @@
  * which the renderer copies the pixels once from its read-back buffer), tcp:// and tls://. Limits: over
  * shm:// each request reserves slots for two images, 8 at least. A caller that borrows more than half of them
  * gets copies in its own memory instead. Beyond 1 GiB or 4096 images, the client drops the oldest images that
- * were not taken. A renderer has limits, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a
- * stream). Blocking: only fire3dv_wait_image blocks. The first request, and larger ones, may allocate memory
- * and, over shm://, take the time to reserve it. Later requests cost about as much as a publish.
- * Thread-safety: as in client.h, except that any thread may release an image, even after its stream is
- * closed.
+ * were not taken; until then they are copies in the client's memory. Shared memory that larger requests have
+ * replaced, and its two descriptors, go back after 2 s and a call that polls or waits, but for borrowed
+ * images. A renderer has limits, too (fire3dv: 64 MiB an image, 1 GiB for all open requests of a stream).
+ * Blocking: only fire3dv_wait_image blocks. The first request, and larger ones, may allocate memory and, over
+ * shm://, take the time to reserve it. Later requests cost about as much as a publish. Thread-safety: as in
+ * client.h, except that any thread may release an image, even after its stream is closed.
  */
 #ifndef FIRE3DV_IMAGE_H
 #define FIRE3DV_IMAGE_H

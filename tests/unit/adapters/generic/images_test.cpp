@@ -3,6 +3,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <random>
 #include <thread>
@@ -484,6 +486,43 @@ TEST_P(ClientImage, NonsenseFromRendererIsDropped) {
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(drawn_sequence(*image), 7u);
+}
+
+size_t count_lines(const char* file, const char* text) {
+  std::ifstream lines(file);
+  size_t count = 0;
+  for (std::string line; std::getline(lines, line);) count += line.find(text) != std::string::npos;
+  return count;
+}
+
+size_t count_descriptors() {
+  const std::filesystem::directory_iterator files("/proc/self/fd");
+  return static_cast<size_t>(std::distance(begin(files), end(files)));
+}
+
+// Larger requests replace the shared memory. Images that nobody takes keep none of it.
+TEST_P(ClientImage, UntakenImagesKeepNoReplacedMemory) {
+  const size_t descriptors = count_descriptors();
+  std::vector<uint64_t> untaken;
+  for (const uint32_t side : {8u, 32u, 128u, 512u}) {
+    fire3dv_image_request request = small();
+    request.width = request.height = side;
+    for (int i = 0; i < 2; ++i) {
+      untaken.push_back(send_request(request));
+      ASSERT_TRUE(answer(seen(untaken.back()), 1, 1));
+    }
+    wait(untaken.back());  // the first one of each size stays
+    untaken.pop_back();
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(2100));  // replaced memory is kept for 2 s
+  poll(stream_.get());
+  EXPECT_LE(count_descriptors(), descriptors + 2);  // of the segment, or of the connection
+  EXPECT_LE(count_lines("/proc/self/maps", "(deleted)"), 1u);
+  for (const uint64_t id : untaken) {
+    const Image image = wait(id);
+    ASSERT_NE(image, nullptr);
+    EXPECT_EQ(drawn_sequence(*image), 1u);
+  }
 }
 
 // A renderer that lies: programs copy the size that they have requested.
