@@ -193,8 +193,11 @@ std::string Look::text(const record::Report& report) const {
   const bool has_frames = frames() != 0;
   if (!has_frames) text += "no frames: nothing to replay\n";
   if (!report.sound())
-    text += counted(report.problem_count, "problem") + ", " +
-            counted(report.damaged_chunks, "damaged chunk") + "; fire3dv-record recover saves the rest\n";
+    text += counted(report.problem_count, "problem") +
+            (report.damaged_chunks == 0
+                 ? "; no chunk is damaged: fire3dv-record recover writes a file with a right index\n"
+                 : ", " + counted(report.damaged_chunks, "damaged chunk") +
+                       "; fire3dv-record recover saves the rest\n");
   else if (has_frames)
     text += report.data_crc_given ? "all checksums are right\n" : "all checksums in the file are right\n";
   return text;

@@ -5,13 +5,17 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 #include <vector>
 
 namespace fire3dv::gui {
 namespace {
 
+// An apostrophe goes before what spreadsheets take for a formula: titles come from simulators.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
+  const bool is_formula =
+      !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
+  std::string result = is_formula ? "\"'" : "\"";
   for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
   return result + '"';
 }

@@ -85,6 +85,17 @@ std::string interfaces_text() {
   return text.empty() ? "none is up" : text;
 }
 
+// True if CYCLONEDDS_URI chooses the interfaces. It may also be a file, whose text only Cyclone DDS reads.
+bool names_interfaces(const DomainSettings& settings) {
+  return settings.cyclonedds_uri.find("NetworkInterface") != std::string::npos;
+}
+
+std::string used_interfaces_text(const DomainSettings& settings) {
+  if (names_interfaces(settings)) return "of CYCLONEDDS_URI";
+  if (settings.range == DiscoveryRange::loopback_only) return "lo";
+  return interfaces_text() + (settings.cyclonedds_uri.empty() ? "" : ", or those of CYCLONEDDS_URI");
+}
+
 }  // namespace
 
 std::string dds_text(dds_return_t code) {
@@ -138,7 +149,8 @@ std::string cyclonedds_configuration(const DomainSettings& settings) {
       general += "<AllowMulticast>false</AllowMulticast>";
       break;
     case DiscoveryRange::loopback_only:
-      general += "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>";
+      // Cyclone DDS refuses an interface that is named twice.
+      if (!names_interfaces(settings)) general += "<Interfaces><NetworkInterface name=\"lo\"/></Interfaces>";
       break;
     case DiscoveryRange::off:
       general += "<AllowMulticast>false</AllowMulticast>";
@@ -154,7 +166,7 @@ std::string cyclonedds_configuration(const DomainSettings& settings) {
 
 std::string domain_text(const DomainSettings& settings) {
   return "domain " + std::to_string(settings.domain_id) + ", range " + range_text(settings.range) +
-         ", interfaces " + interfaces_text();
+         ", interfaces " + used_interfaces_text(settings);
 }
 
 Result<std::unique_ptr<Participant>> Participant::open(DomainSettings settings) {

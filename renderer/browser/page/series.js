@@ -60,7 +60,8 @@ export class Series {
 
   // A row for each time from low to high, a column for each scalar. columns: [{key, title}]
   csv(columns, [low, high]) {
-    const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
+    // An apostrophe before what spreadsheets take for a formula: titles come from simulators.
+    const quoted = (text) => `"${(/^[=+\-@\t\r]/.test(text) ? "'" : "") + text.replaceAll('"', '""')}"`;
     const rows = new Map();  // time -> cells
     columns.forEach(({key}, column) => {
       const curve = this.curves.get(key);

@@ -227,6 +227,11 @@ TEST(ScalarTable, MergesTimesAndQuotesNames) {
             "0.000000005,,,\r\n"
             "0.000000007,,2,-2\r\n");
   EXPECT_EQ(gui::csv_text({columns, 1}, 1, 4), "sim_time_s,\"a/say \"\"x\"\", y\"\r\n");
+  // No formula for spreadsheets.
+  for (const char* name : {"=1+1", "+1", "-1", "@SUM(1)", "\t=1"}) {
+    const gui::ScalarColumn formula[] = {{name, &history.groups().at("a"), 0}};
+    EXPECT_EQ(gui::csv_text(formula, 1, 4), "sim_time_s,\"'" + std::string(name) + "\"\r\n");
+  }
 }
 
 // Once for all runs: the layout file has it.

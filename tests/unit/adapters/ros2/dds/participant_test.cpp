@@ -56,6 +56,13 @@ TEST(Ros2Domain, RangesChangeDiscovery) {
   EXPECT_TRUE(has(local, "<AllowMulticast>false</AllowMulticast>") && has(local, "localhost"));
   const std::string loopback = xml({{"ROS_LOCALHOST_ONLY", "1"}});
   EXPECT_TRUE(has(loopback, "<NetworkInterface name=\"lo\"/>") && !has(loopback, "AllowMulticast"));
+  // Interfaces of the user's configuration are neither named again nor listed wrongly.
+  const std::map<std::string, std::string> own = {
+      {"ROS_LOCALHOST_ONLY", "1"},
+      {"CYCLONEDDS_URI", "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General>"}};
+  EXPECT_FALSE(has(xml(own), "NetworkInterface"));
+  EXPECT_TRUE(domain_text(*read(own)).ends_with("interfaces of CYCLONEDDS_URI"));
+  EXPECT_TRUE(domain_text(*read({{"ROS_LOCALHOST_ONLY", "1"}})).ends_with("interfaces lo"));
   const std::string off = xml({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}, {"ROS_STATIC_PEERS", "a"}});
   EXPECT_TRUE(has(off, "<Tag>ros_discovery_off_") && !has(off, "Peer "));
   const std::string peers = xml({{"ROS_STATIC_PEERS", ";10.0.0.1;a\"<&>;"}});
