@@ -45,12 +45,18 @@ std::string token_of(const Server& server, Access access) {
 
 class Client {
  public:
-  explicit Client(const Server& server) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  // from: last number of the loopback address.
+  explicit Client(const Server& server, uint32_t from = 1)
+      : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const std::string host = host_of(server);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<uint16_t>(std::stoi(host.substr(host.find(':') + 1))));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK - 1 + from);
+    EXPECT_EQ(::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
     EXPECT_EQ(::connect(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
 
@@ -379,6 +385,24 @@ TEST(LiveServer, ViewersConnectionsAndTimeAreLimited) {
   upgrade(nameless, *server);
   EXPECT_EQ(nameless.read_close(), 0);
   EXPECT_EQ(server->viewers(), 1u);
+}
+
+// A flood of one address leaves a slow visitor of another one in, before the upgrade and before the token.
+TEST(LiveServer, FloodOfOneAddressLeavesOthersIn) {
+  ServerLimits limits;
+  limits.max_connections = 4;
+  const auto server = open_server(limits);
+  Client visitor(*server, 9);
+  std::vector<std::unique_ptr<Client>> flood;
+  const auto more = [&] {
+    for (int i = 0; i < 20; ++i) flood.push_back(std::make_unique<Client>(*server));
+    EXPECT_TRUE(get(*server, "/", host_of(*server)).starts_with("HTTP/1.1 200"));  // all were accepted
+  };
+  more();
+  upgrade(visitor, *server);
+  more();
+  visitor.send_frame(1, hello(token_of(*server, Access::view)));
+  EXPECT_EQ(wait_events(*server, 1)[0].kind, Event::Kind::joined);
 }
 
 TEST(LiveServer, SlowReaderIsDisconnected) {
