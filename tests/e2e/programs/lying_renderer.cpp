@@ -24,6 +24,10 @@ wire::ImageFrame answer_to(const wire::ImageRequest& request, uint64_t number, c
   frame.epoch = request.epoch;
   frame.sequence = lie == "sequence" ? UINT64_MAX : request.sequence;
   frame.intrinsics = request.intrinsics;
+  if (frame.intrinsics.fx == 0) {  // the camera's own projection
+    frame.intrinsics.fx = frame.intrinsics.fy = 30;
+    frame.intrinsics.near_m = 0.1f;
+  }
   if (lie == "size") frame.intrinsics.width = frame.intrinsics.height = 1;
   if (lie == "lens") frame.intrinsics.lens.model = wire::LensModel{9};
   if (lie == "planes") return frame;
@@ -44,15 +48,24 @@ int main(int argc, char** argv) {
   std::printf("%s\n", (*link)->uri().c_str());
   std::fflush(stdout);
   wire::Decoder decoder;
-  for (uint64_t number = 1;;) {
+  wire::ImageRequest periodic;  // is answered with each frame
+  uint64_t number = 0;
+  for (;;) {
     (*link)->wait(std::chrono::milliseconds(10));
     (*link)->poll([&](const transport::LinkEvent& event) {
       if (event.message.empty()) return;
       const auto message = decoder.decode(event.message);
-      const auto* request = message ? std::get_if<wire::ImageRequest>(&*message) : nullptr;
-      if (!request || request->when == wire::ImageWhen::never) return;
-      const wire::ImageFrame frame = answer_to(*request, number++, argv[2]);
-      (*link)->send_image(event.peer, request->id, wire::encode(frame), frame.pixel_bytes,
+      if (!message) return;
+      wire::ImageRequest due;
+      if (const auto* request = std::get_if<wire::ImageRequest>(&*message)) {
+        (request->when == wire::ImageWhen::every_nth ? periodic : due) = *request;
+      } else if (const auto* pose = std::get_if<wire::PoseFrameView>(&*message)) {
+        due = periodic;
+        due.sequence = pose->header.sequence;
+      }
+      if (due.id == 0 || due.when == wire::ImageWhen::never) return;
+      const wire::ImageFrame frame = answer_to(due, ++number, argv[2]);
+      (*link)->send_image(event.peer, due.id, wire::encode(frame), frame.pixel_bytes,
                           [](std::span<std::byte> pixels) {
                             if (!pixels.empty()) std::memset(pixels.data(), 7, pixels.size());
                           });

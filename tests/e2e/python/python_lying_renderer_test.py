@@ -1,17 +1,19 @@
-"""Test of clients in C and Python whose renderer answers requests with lies: no image reaches the program, and no
+"""Test of clients in C and Python, and of the MuJoCo adapter, whose renderer answers requests with lies: no image reaches the program, and no
 exception other than fire3dv.Error.
 
-python_lying_renderer_test.py LYING_RENDERER IMAGE_EXAMPLE
+python_lying_renderer_test.py LYING_RENDERER IMAGE_EXAMPLE [FIRE3DV_MUJOCO MODEL]
 """
 import ctypes
+import glob
 import subprocess
 import sys
+import tempfile
 
 import fire3dv
 from fire3dv import _library as c
 from fire3dv.image import Handle, Image
 
-RENDERER, EXAMPLE = sys.argv[1:]
+RENDERER, EXAMPLE, *MUJOCO = sys.argv[1:]
 LIES = {"planes": "it has no outputs instead of color_srgb8", "output": "it has depth_f32 instead of color_srgb8",
         "size": "it has 1 x 1 pixels instead of 320 x 240 pixels", "lens": "it has another lens than its request",
         "sequence": "it shows frame 18446744073709551615, but 1 is the newest that was published"}
@@ -42,6 +44,13 @@ def python_image(uri):
             return str(error), stream.poll().images_dropped
 
 
+def mujoco_images(uri):
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([*MUJOCO, "--to", uri, "--images", "chaser:32x24", "--duration", "0.1", "--out", folder], check=True,
+                       capture_output=True, timeout=120)
+        return len(glob.glob(folder + "/**/*.png", recursive=True))
+
+
 for lie, why in {"none": None, **LIES}.items():
     uri_is_honest = why is None
     with Renderer(lie) as renderer:
@@ -54,6 +63,8 @@ for lie, why in {"none": None, **LIES}.items():
         else:
             assert why in example.stdout, (lie, example)
             assert why in result and dropped == 1, (lie, result, dropped)
+        if MUJOCO:
+            assert (mujoco_images(renderer.uri) > 0) == uri_is_honest, lie
 
 # An image of a library that knows more lenses and outputs than this module.
 plane = c.ImagePlane(1 << 20, 0, 0, 0, None)
