@@ -24,6 +24,7 @@
 #include "base/text.h"
 #include "programs/inspect/observer.h"
 #include "programs/inspect/recorded_edits.h"
+#include "programs/inspect/renderer_page.h"
 #include "programs/listener_options.h"
 #include "protocol/record/channels.h"
 #include "protocol/record/damage.h"
@@ -290,6 +291,23 @@ int inspect_recordings(const std::vector<std::string>& files, bool as_json, uint
   return result;
 }
 
+// Returns 1 when a page cannot be read.
+int inspect_renderers(const std::vector<std::string>& urls, bool as_json) {
+  using namespace fire3dv;
+  int result = 0;
+  for (const std::string& url : urls) {
+    const Result<std::string> page = inspect::fetch_page(url);
+    if (!page) {
+      print_log_line("fire3dv-inspect", error_line(page.error().message));
+      result = 1;
+      continue;
+    }
+    const std::vector<inspect::DrawnStream> streams = inspect::read_page(*page);
+    std::cout << (as_json ? inspect::json_of(url, streams) : terminal_text(inspect::text_of(url, streams)));
+  }
+  return result;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -304,7 +322,8 @@ int main(int argc, char** argv) {
   double seconds = 2;
   bool as_json = false;
   uint64_t memory_mb = 64;
-  app.add_option("uri", uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; or recordings")->required();
+  app.add_option("uri", uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; recordings; or http://HOST:PORT")
+      ->required();
   OptionGroup group(app);
   group.add("--seconds", seconds, "N", "duration of the measurement")->check(number_between(0.1, 86400));
   group.add_flag("--json", as_json, "print one JSON object for each URI, one a line");
@@ -319,6 +338,12 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
 
+  const auto is_page = [](const std::string& name) { return name.starts_with("http://"); };
+  if (std::ranges::all_of(uris, is_page)) return inspect_renderers(uris, as_json);
+  if (std::ranges::any_of(uris, is_page)) {
+    std::cerr << "fire3dv-inspect: name renderers (http://), links or recordings, not several of them\n";
+    return 2;
+  }
   const auto is_link = [](const std::string& name) { return name.find("://") != std::string::npos; };
   const auto links = std::count_if(uris.begin(), uris.end(), is_link);
   if (links == 0) return inspect_recordings(uris, as_json, memory_mb);

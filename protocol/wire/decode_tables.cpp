@@ -242,6 +242,7 @@ Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeL
   request.rate_hz = table.rate_hz();
   request.sequence = table.sequence();
   request.markers = table.markers();
+  request.complete = table.complete();
   if (auto good = check(request, limits); !good) return good.error();
   return Message(std::move(request));
 }
@@ -256,6 +257,7 @@ Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimit
   read_struct(table.world_from_camera(), frame.world_from_camera.m);
   frame.intrinsics = read_intrinsics(table);
   frame.pixel_bytes = table.pixel_bytes();
+  frame.hidden_streams = table.hidden_streams();
   if (const auto* planes = table.planes()) {
     // Skips outputs of later versions, which are unknown here.
     for (flatbuffers::uoffset_t i = 0; i < planes->size(); ++i) {

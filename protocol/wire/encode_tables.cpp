@@ -243,7 +243,8 @@ Bytes encode(const ImageRequest& request) {
   table.add_outputs(request.outputs);
   table.add_every(request.every);
   add_intrinsics(table, request.intrinsics, coefficients);
-  if (request.markers) table.add_markers(true);  // absent else: bytes as in 1.2
+  if (request.markers) table.add_markers(true);    // absent else: bytes as in 1.2
+  if (request.complete) table.add_complete(true);  // the same
   table.add_when(static_cast<uint8_t>(request.when));
   return finish(builder, fbs::Body::ImageRequest, table.Finish().Union());
 }
@@ -269,6 +270,7 @@ Bytes encode(const ImageFrame& frame) {
   table.add_planes(plane_list);
   table.add_world_from_camera(&world_from_camera);
   add_intrinsics(table, frame.intrinsics, coefficients);
+  if (frame.hidden_streams != 0) table.add_hidden_streams(frame.hidden_streams);  // absent else: as in 1.7
   return finish(builder, fbs::Body::ImageFrame, table.Finish().Union());
 }
 

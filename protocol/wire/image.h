@@ -69,6 +69,7 @@ struct ImageRequest {
   double rate_hz = 0;     // rate: above 0
   uint64_t sequence = 0;  // 0: any. Publishers set their newest sequence: no image is older than its request
   bool markers = false;   // color_srgb8 shows markers of streams
+  bool complete = false;  // refused instead of drawn while content of a stream is hidden
   bool operator==(const ImageRequest&) const = default;
 };
 
@@ -94,6 +95,7 @@ struct ImageFrame {
   Intrinsics intrinsics;           // as rendered; fx and fy are never 0
   uint64_t pixel_bytes = 0;        // sum over all planes
   std::vector<ImagePlane> planes;  // in the order of their bits
+  uint32_t hidden_streams = 0;     // number of streams whose content the image lacks
   bool operator==(const ImageFrame&) const = default;
 };
 
@@ -105,8 +107,9 @@ enum class ImageRefusal : uint8_t {
   no_way_back = 5,  // the link does not carry images
   overtaken = 6,    // the requested sequence is no longer displayed
   bad_request = 7,  // invalid values
+  hidden = 8,       // a complete image was requested, and content of a stream is hidden
 };
-constexpr uint8_t kImageRefusalCount = 7;  // numbered from 1
+constexpr uint8_t kImageRefusalCount = 8;  // numbered from 1
 
 // Renderer to adapter: refusal or end of this request.
 struct ImageRefused {

@@ -36,6 +36,7 @@ struct Provenance {
   std::string camera;
   std::vector<state::FrameTag> shown;  // displayed pose frames
   std::optional<sinks::PathTraced> path_traced = std::nullopt;
+  std::vector<std::string> hidden_streams = {};  // whose content the image lacks
 };
 
 // Settings and samples so far of the image that the renderer has traced, for Provenance. nullopt: raster.

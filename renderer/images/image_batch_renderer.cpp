@@ -266,6 +266,7 @@ void ImageBatchRenderer::record(const passes::PreparedFrame& prepared, gpu::Reco
   const passes::ImageOutputs outputs = drawn_outputs(first);
   Tag tag;
   std::vector<passes::View> views;
+  const auto hidden_streams = static_cast<uint32_t>(moment.poses.hidden_streams().size());
   for (const WorkItem& work : batch) {
     const state::ImageRequestRegistry::Due& due = work.due;
     const passes::Intrinsics& used = work.camera.intrinsics;
@@ -282,6 +283,7 @@ void ImageBatchRenderer::record(const passes::PreparedFrame& prepared, gpu::Reco
                         used.fy_px,      used.cx_px,           used.cy_px,
                         used.near_m,     used.far_m,           due.request.intrinsics.lens,
                         lens.f_number,   lens.focus_distance_m};
+    frame.hidden_streams = hidden_streams;
     tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(batch);

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "base/clock.h"
+#include "base/text.h"
 
 namespace fire3dv::app {
 namespace {
@@ -122,6 +123,8 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
         passes::boxes_of_instances(scene_.scene(), poses_));
   std::optional<PeerDrawTime::View> view;  // of the first image: the others are alike
   if (draw_time_ && draw_time_->is_active() && !work.empty()) view = view_of(work[0]);
+  if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
+  if (view) refuse_incomplete(work);
   distribute(std::move(work));
   const uint64_t max_bytes =
       scheduler_.is_alone(requester, now_ns) ? ImageBatchRenderer::kMaxSubmittedBytes : kSharedSubmittedBytes;
@@ -171,6 +174,21 @@ uint64_t ImageService::largest_next_cost() {
     if (renderer_at(device).has_work()) cost = std::max(cost, renderer_at(device).next_cost());
   }
   return cost;
+}
+
+// Refuses requests of complete images while content of a stream is hidden.
+void ImageService::refuse_incomplete(std::vector<ImageBatchRenderer::WorkItem>& work) {
+  const std::vector<std::string> hidden = poses_.hidden_streams();
+  if (hidden.empty()) return;
+  std::erase_if(work, [&](const ImageBatchRenderer::WorkItem& item) {
+    if (!item.due.request.complete) return false;
+    requests_.refuse(
+        item.due, wire::ImageRefusal::hidden,
+        "a complete image is requested, but the content of stream " + quote(hidden[0]) +
+            " is hidden, since it takes too much drawing time (the renderer's option --peer-limit "
+            "draw-time=off shows it)");
+    return true;
+  });
 }
 
 bool ImageService::has_work() {

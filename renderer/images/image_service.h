@@ -85,6 +85,7 @@ class ImageService {
   void report_samples();
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, ImageBatchRenderer::Moment& moment,
                  int64_t end_ns);
+  void refuse_incomplete(std::vector<ImageBatchRenderer::WorkItem>& work);
   void record_finished();
   bool has_room(int64_t end_ns);
   std::vector<ImageBatchRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);

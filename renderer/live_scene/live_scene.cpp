@@ -82,7 +82,10 @@ bool LiveScene::follow() {
   if (built || varied || rebound) (void)registry_.resolve(scene(), poses_, false);
   if (built) charge_replacement(now_ns_() - begin_ns);
   apply_edits(std::move(changes));
-  pending_.merge(registry_.take_changed_budgets());
+  for (const std::shared_ptr<PeerBudget>& peer : registry_.take_changed_budgets()) {
+    if (peer) changed_peers_.insert(peer.get());
+    pending_.insert(peer);
+  }
   const int64_t list_begin_ns = now_ns_();
   if (can_build()) update_request_list();
   resolve();
@@ -215,7 +218,8 @@ std::vector<LiveScene::PeerRoot> LiveScene::peer_roots() const {
   std::vector<PeerRoot> roots;
   for (const state::RequestedNode& node : added_) {
     const auto root = root_of_added_.find({node.age, node.version});
-    if (node.budget && root != root_of_added_.end()) roots.push_back({node.budget.get(), root->second});
+    if (node.budget && root != root_of_added_.end() && !withdrawn_.contains(root->second))
+      roots.push_back({node.budget.get(), root->second});
   }
   return roots;
 }
@@ -264,6 +268,9 @@ bool LiveScene::is_admitted(SceneBuild::Built& built) {
   }
   const std::set<const PeerBudget*> refused = admission_(*built.scene, roots);
   if (refused.empty()) return true;
+  hidden_peers_.insert(refused.begin(), refused.end());
+  markers_.set_hidden_peers(hidden_peers_);
+  find_hidden_roots();
   for (const state::RequestedNode& node : built.added)
     if (is_new(node)) pending_.insert(node.budget);
   registry_.set_built_vertex_nodes(contents_.vertex_nodes, {});

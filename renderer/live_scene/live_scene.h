@@ -110,7 +110,7 @@ class LiveScene {
     const PeerBudget* peer = nullptr;  // identity only
     uint32_t node = 0;
   };
-  // Of the displayed scene; additions of the user have no peer.
+  // Of the displayed scene, without withdrawn ones; additions of the user have no peer.
   std::vector<PeerRoot> peer_roots() const;
   // Hides the markers and added nodes of these peers, keeps the vertices that they replace as they were drawn
   // last, and adds no further nodes of theirs. In effect with the next image.
@@ -123,6 +123,8 @@ class LiveScene {
   using Admission = std::function<std::set<const PeerBudget*>(const scene::LoadedScene& next,
                                                               const std::vector<PeerRoot>& roots)>;
   void set_admission(Admission admission) { admission_ = std::move(admission); }
+  // Peers that have added or removed nodes since the last call.
+  std::set<const PeerBudget*> take_changed_peers() { return std::exchange(changed_peers_, {}); }
   // Called after an image was recorded.
   void note_drawn();
 
@@ -211,7 +213,7 @@ class LiveScene {
   Contents contents_;                        // of the displayed scene
   std::optional<Contents> failed_contents_;  // of the last scene that could not be displayed
   std::vector<state::RequestedNode> added_;  // nodes of the displayed scene
-  std::set<const PeerBudget*> hidden_peers_;
+  std::set<const PeerBudget*> hidden_peers_, changed_peers_;
   std::set<uint32_t> hidden_roots_;  // of hidden peers
   // As drawn last; empty while no peer replaces vertices.
   std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> drawn_vertices_;

@@ -50,11 +50,16 @@ void PeerDrawTime::poll() {
     if (peer && std::ranges::find(peers, peer) == peers.end()) peers.push_back(peer);
   }
   (void)policy_.set_peers(peers);
+  for (const PeerBudget* const peer : scene_.take_changed_peers()) {
+    refused_.erase(peer);
+    cached_.clear();
+    meshes_of_.reset();
+  }
   if (!policy_.is_active()) {
     image_.reset();
     submissions_.clear();
     cached_.clear();
-    refused_triangles_.clear();
+    refused_.clear();
     replaced_.clear();
     meshes_.clear();
     meshes_of_.reset();
@@ -65,7 +70,7 @@ void PeerDrawTime::poll() {
 
 void PeerDrawTime::store_costs() {
   const int64_t now_ns = now_ns_();
-  if (has_costs_ && now_ns - stored_ns_ < kStoreNs) return;
+  if (now_ns - stored_ns_ < kStoreNs) return;
   stored_ns_ = now_ns;
   has_costs_ = policy_.is_active();
   const std::vector<Policy::Report> reports = policy_.report();
@@ -144,7 +149,7 @@ const std::vector<PeerDrawTime::Policy::Content>& PeerDrawTime::content_of(const
   std::map<Policy::Peer, Policy::Content> content;
   if (view.markers) add_markers(view, content);
   add_meshes(view, now_ns, content);
-  cached = {scene_.updates(), policy_.revision(), now_ns, {}};
+  cached = {scene_.updates(), policy_.revision(), now_ns, view, {}};
   for (const auto& [peer, of_peer] : content) cached.content.push_back(of_peer);
   return cached.content;
 }
@@ -166,24 +171,29 @@ void PeerDrawTime::add_markers(const View& view, std::map<Policy::Peer, Policy::
   }
 }
 
-// Nodes with meshes below the roots of peers: parents precede their children.
-void PeerDrawTime::find_meshes() {
-  if (meshes_of_ == scene_.replaced()) return;
-  meshes_of_ = scene_.replaced();
-  meshes_.clear();
-  replaced_.clear();
+// Nodes with meshes at and below the roots: parents precede their children.
+PeerDrawTime::Meshes PeerDrawTime::meshes_below(const scene::Scene& scene,
+                                                const std::vector<LiveScene::PeerRoot>& roots) {
+  Meshes meshes;
   std::map<uint32_t, Policy::Peer> peer_of;
-  for (const LiveScene::PeerRoot& root : scene_.peer_roots()) peer_of[root.node] = root.peer;
-  if (peer_of.empty()) return;
-  const scene::Scene& scene = scene_.scene();
+  for (const LiveScene::PeerRoot& root : roots) peer_of[root.node] = root.peer;
+  if (peer_of.empty()) return meshes;
   for (uint32_t node = peer_of.begin()->first; node < scene.nodes.size(); ++node) {
     const auto parent = peer_of.find(scene.nodes[node].parent);
     auto own = peer_of.find(node);
     if (own == peer_of.end() && parent != peer_of.end()) own = peer_of.emplace(node, parent->second).first;
     const uint32_t mesh = scene.nodes[node].mesh;
     if (own == peer_of.end() || mesh == scene::kNone) continue;
-    meshes_[own->second].push_back({node, mesh, state::triangle_count(scene, scene.meshes[mesh])});
+    meshes[own->second].push_back({node, mesh, state::triangle_count(scene, scene.meshes[mesh])});
   }
+  return meshes;
+}
+
+void PeerDrawTime::find_meshes() {
+  if (meshes_of_ == scene_.replaced()) return;
+  meshes_of_ = scene_.replaced();
+  replaced_.clear();
+  meshes_ = meshes_below(scene_.scene(), scene_.peer_roots());
 }
 
 void PeerDrawTime::add_meshes(const View& view, int64_t now_ns,
@@ -199,9 +209,9 @@ void PeerDrawTime::add_meshes(const View& view, int64_t now_ns,
                                   view.view);
         });
   }
-  for (const auto& [peer, triangles] : refused_triangles_) {
+  for (const auto& [peer, work] : refused_) {
     content[peer].peer = peer;
-    content[peer].meshes.rebuilt += static_cast<double>(triangles);
+    content[peer].meshes += work;
   }
   // Vertices that are replaced now: their acceleration structures are built again with each change.
   for (const auto& [node, edit] : scene_.edits().nodes()) {
@@ -220,28 +230,32 @@ std::set<const PeerBudget*> PeerDrawTime::admit(const scene::LoadedScene& next,
                                                 const std::vector<LiveScene::PeerRoot>& roots) {
   std::set<const PeerBudget*> refused;
   if (!policy_.is_active()) return refused;
-  std::map<uint32_t, Policy::Peer> peer_of;
-  std::map<Policy::Peer, uint64_t> triangles;
-  for (const LiveScene::PeerRoot& root : roots) {
-    peer_of[root.node] = root.peer;
-    triangles[root.peer] = 0;
-  }
   const scene::Scene& scene = next.scene;
-  std::set<uint32_t> counted;  // meshes: nodes share their acceleration structures
-  for (uint32_t node = peer_of.empty() ? 0 : peer_of.begin()->first;
-       node < scene.nodes.size() && !peer_of.empty(); ++node) {
-    const auto parent = peer_of.find(scene.nodes[node].parent);
-    auto own = peer_of.find(node);
-    if (own == peer_of.end() && parent != peer_of.end()) own = peer_of.emplace(node, parent->second).first;
-    const uint32_t mesh = scene.nodes[node].mesh;
-    if (own == peer_of.end() || mesh == scene::kNone || !counted.insert(mesh).second) continue;
-    triangles[own->second] += state::triangle_count(scene, scene.meshes[mesh]);
-  }
-  for (const auto& [peer, count] : triangles) {
-    refused_triangles_.erase(peer);
-    if (!policy_.refuse_build(peer, count, now_ns_())) continue;
+  for (auto& [peer, nodes] : meshes_below(scene, roots)) {
+    state::DrawWork largest;
+    std::set<uint32_t> counted;  // nodes share the acceleration structures of their mesh
+    for (const MeshNode& node : nodes)
+      if (counted.insert(node.mesh).second) largest.rebuilt += static_cast<double>(node.triangles);
+    std::vector<Policy::Image> images;
+    for (const auto& [kind, cached] : cached_) {
+      const state::DrawWork work = sum_of_samples(
+          nodes, [](const MeshNode& node) { return node.triangles; },
+          [&](const MeshNode& node) {
+            return state::mesh_work(scene, scene.meshes[node.mesh], scene.nodes[node.node].world_from_node,
+                                    cached.view.view);
+          });
+      if (work.fragments > largest.fragments) {
+        largest.vertices = work.vertices;
+        largest.fragments = work.fragments;
+      }
+      Policy::Image& image = images.emplace_back(Policy::Image{.kind = kind, .pixels = cached.view.pixels});
+      if (cached.view.requester_epoch) image.requester = peer_of_epoch(*cached.view.requester_epoch);
+      image.content.push_back({peer, {}, work});
+    }
+    refused_.erase(peer);
+    if (!policy_.refuse_meshes(peer, largest, images, now_ns_())) continue;
     refused.insert(peer);
-    refused_triangles_[peer] = count;
+    refused_[peer] = largest;
   }
   return refused;
 }
@@ -256,6 +270,8 @@ bool PeerDrawTime::apply() {
   for (const Policy::Report& report : policy_.report())
     if (report.is_hidden) hidden.insert(report.peer);
   scene_.set_hidden_peers(std::move(hidden));
+  stored_ns_ = 0;
+  store_costs();
   report_notices();
   return true;
 }

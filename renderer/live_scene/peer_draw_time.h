@@ -62,6 +62,7 @@ class PeerDrawTime {
   struct Cached {
     uint64_t updates = 0, revision = 0;
     int64_t at_ns = 0;
+    View view;
     std::vector<Policy::Content> content;
   };
   struct Replaced {
@@ -69,6 +70,8 @@ class PeerDrawTime {
     int64_t changed_ns = 0;
   };
 
+  using Meshes = std::map<Policy::Peer, std::vector<MeshNode>>;
+  static Meshes meshes_below(const scene::Scene& scene, const std::vector<LiveScene::PeerRoot>& roots);
   void find_meshes();
   const std::vector<Policy::Content>& content_of(const View& view, int64_t now_ns);
   void add_markers(const View& view, std::map<Policy::Peer, Policy::Content>& content) const;
@@ -88,8 +91,9 @@ class PeerDrawTime {
   int64_t stored_ns_ = 0;
   bool has_costs_ = false;             // stored
   std::optional<uint64_t> meshes_of_;  // LiveScene::replaced() of meshes_
-  std::map<Policy::Peer, std::vector<MeshNode>> meshes_;
-  std::map<Policy::Peer, uint64_t> refused_triangles_;
+  Meshes meshes_;
+  std::map<Policy::Peer, state::DrawWork>
+      refused_;  // meshes that are not uploaded, until the peer changes them
   std::map<uint32_t, Replaced> replaced_;
   std::map<uint64_t, Cached> cached_;  // by kind
   std::optional<Policy::Image> image_;

@@ -36,6 +36,8 @@ struct FrameImage {
   std::string camera;
   std::vector<state::FrameTag> shown;     // empty: the scene is at rest
   std::optional<PathTraced> path_traced;  // nullopt: raster
+  // Streams whose content the image lacks, since it takes too much drawing time.
+  std::vector<std::string> hidden_streams;
 };
 
 class FrameSink {

@@ -96,6 +96,7 @@ std::string frame_line(const FrameFiles& files, const FrameImage& image) {
             std::to_string(image.path_traced->samples_per_pixel) +
             ",\"bounces\":" + std::to_string(image.path_traced->bounces) +
             ",\"seed\":" + std::to_string(image.path_traced->seed);
+  if (!image.hidden_streams.empty()) line += ",\"hidden_streams\":" + list(image.hidden_streams, json_string);
   return line + ",\"streams\":" + list(image.shown, stream_entry) + "}\n";
 }
 

@@ -293,6 +293,7 @@ TextChunks text_of(const FrameImage& image) {
     text.emplace_back("Bounces", std::to_string(image.path_traced->bounces));
     text.emplace_back("Seed", std::to_string(image.path_traced->seed));
   }
+  for (const std::string& name : image.hidden_streams) text.emplace_back("HiddenStream", name);
   text.emplace_back("Streams", std::to_string(image.shown.size()));
   for (size_t i = 0; i < image.shown.size(); ++i) {
     const state::FrameTag& tag = image.shown[i];
@@ -312,6 +313,7 @@ void apply_text(const TextChunks& text, FrameImage& image) {
   for (const auto& [keyword, value] : text) {
     if (keyword == "Camera") image.camera = value;
     if (keyword == "Frame") read_number(value, image.frame_index);
+    if (keyword == "HiddenStream") image.hidden_streams.push_back(value);
     if (keyword == "Streams") read_number(value, stream_count);
     if (keyword == "Renderer" && value == "path") image.path_traced.emplace();
   }

@@ -209,6 +209,15 @@ IndexSet PoseState::names_with_empty_pose(StreamId id) const {
   });
 }
 
+std::vector<std::string> PoseState::hidden_streams() const {
+  std::vector<std::string> names;
+  for (const Stream& stream : streams_) {
+    if (stream.active && stream.budget() && stream.budget()->draw_cost().is_hidden)
+      names.push_back(stream.name);
+  }
+  return names;
+}
+
 std::vector<FrameTag> PoseState::shown() const {
   std::vector<FrameTag> tags;
   for (const Stream& stream : streams_) {

@@ -171,6 +171,9 @@ class PoseState {
   // Tags of all active streams with a shown frame.
   std::vector<FrameTag> shown() const;
 
+  // Names of the active streams whose content is hidden; see PeerBudget::DrawCost.
+  std::vector<std::string> hidden_streams() const;
+
   // Simulator time of the shown frame of the youngest stream that shows one; nullopt: none does.
   std::optional<int64_t> sim_time_ns() const;
 

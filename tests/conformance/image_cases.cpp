@@ -73,6 +73,9 @@ std::vector<Case> image_cases() {
   r.intrinsics.f_number = 1.8f;
   r.intrinsics.focus_distance_m = 0.75f;
   add("image_request-with_lens", encode(r));
+  r = request();
+  r.complete = true;
+  add("image_request-complete", encode(r));
   ImageRequest back;
   back.epoch = kImageEpoch;
   back.id = 7;
@@ -87,6 +90,9 @@ std::vector<Case> image_cases() {
   blurred.intrinsics.f_number = 1.8f;
   blurred.intrinsics.focus_distance_m = 0.75f;
   add("image_frame-with_lens", encode(blurred));
+  ImageFrame lacking = image_case();
+  lacking.hidden_streams = 2;
+  add("image_frame-hidden_streams", encode(lacking));
   ImageFrame boxes = image_case();
   boxes.planes = {{7, ImageFormat::box2d, 3, 1, 96, 0, 96}, {8, ImageFormat::box3d, 0, 1, 0, 128, 0}};
   add("image_frame-boxes", encode(boxes));

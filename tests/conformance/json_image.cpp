@@ -55,7 +55,8 @@ Json image_to_json(const wire::ImageRequest& m) {
                {"every", m.every},
                {"rate_hz", m.rate_hz},
                {"sequence", m.sequence}};
-  if (m.markers) json["markers"] = true;  // since 1.6
+  if (m.markers) json["markers"] = true;    // since 1.6
+  if (m.complete) json["complete"] = true;  // since 1.8
   return json;
 }
 
@@ -69,16 +70,18 @@ Json image_to_json(const wire::ImageFrame& m) {
                       {"row_stride", plane.row_stride},
                       {"offset", plane.offset},
                       {"bytes", plane.bytes}});
-  return {{"type", "ImageFrame"},
-          {"request", m.request},
-          {"number", m.number},
-          {"epoch", m.epoch},
-          {"sequence", m.sequence},
-          {"sim_time_ns", m.sim_time_ns},
-          {"world_from_camera", m.world_from_camera.m},
-          {"camera", camera_to_json(m.intrinsics)},
-          {"pixel_bytes", m.pixel_bytes},
-          {"planes", planes}};
+  Json json{{"type", "ImageFrame"},
+            {"request", m.request},
+            {"number", m.number},
+            {"epoch", m.epoch},
+            {"sequence", m.sequence},
+            {"sim_time_ns", m.sim_time_ns},
+            {"world_from_camera", m.world_from_camera.m},
+            {"camera", camera_to_json(m.intrinsics)},
+            {"pixel_bytes", m.pixel_bytes},
+            {"planes", planes}};
+  if (m.hidden_streams != 0) json["hidden_streams"] = m.hidden_streams;  // since 1.8
+  return json;
 }
 
 Json image_to_json(const wire::ImageRefused& m) {
@@ -105,6 +108,7 @@ wire::Bytes encode_image_json(const Json& json) {
     json.at("rate_hz").get_to(m.rate_hz);
     json.at("sequence").get_to(m.sequence);
     m.markers = json.value("markers", false);
+    m.complete = json.value("complete", false);
     return wire::encode(m);
   }
   if (type == "ImageFrame") {
@@ -116,6 +120,7 @@ wire::Bytes encode_image_json(const Json& json) {
     json.at("sim_time_ns").get_to(m.sim_time_ns);
     json.at("world_from_camera").get_to(m.world_from_camera.m);
     m.intrinsics = camera_from_json(json.at("camera"));
+    m.hidden_streams = json.value("hidden_streams", 0u);
     json.at("pixel_bytes").get_to(m.pixel_bytes);
     for (const Json& plane : json.at("planes"))
       m.planes.push_back({plane.at("output"),

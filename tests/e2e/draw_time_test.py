@@ -4,7 +4,10 @@ code in the scene proves what an image shows. Counts images and states, not time
 
 draw_time_test.py FIRE3DV [CASE...]; FIRE3DV_CLIENT_LIBRARY and PYTHONPATH lead to the Python package.
 """
+import json
+import os
 import signal
+import struct
 
 import numpy
 
@@ -18,12 +21,12 @@ RED = (1.0, 0.0, 0.0)
 FRONT = barcode.DISTANCE / 2  # between the bars and the camera
 
 
-def renderer_of(test, uri, *arguments):
+def renderer_of(test, uri, *arguments, is_on_request=True):
     scene = test.path("barcode.glb")
     barcode.write_scene(scene)
     command = [test.programs_at["fire3dv"], scene, "--validation", "--headless", "--tone-map", "none", "--cache", "off",
                "--background", "000000", "--size", f"{barcode.SIZE[0]}x{barcode.SIZE[1]}", "--camera", barcode.CAMERA,
-               "--listen", uri, "--on-request", "--metrics", "127.0.0.1:0", *arguments]
+               "--listen", uri, "--metrics", "127.0.0.1:0", *(["--on-request"] if is_on_request else []), *arguments]
     renderer = Program(test, "fire3dv", command, vulkan_environment())
     renderer.wait_err("listening on")
     return renderer
@@ -49,13 +52,14 @@ class Honest:
 
     def __init__(self, uri):
         self.stream = open_stream(uri, "honest", barcode.NAMES)
-        self.number = 0
+        self.number = self.hidden_streams = 0
 
     def image(self, **options):
         self.number += 1
         sequence = self.stream.publish(1000 * self.number, barcode.poses_of(self.number))
         request = self.stream.request_image(*barcode.SIZE, node=barcode.CAMERA, markers=True, sequence=sequence, **options)
         with request.wait(HANG_S) as image:
+            self.hidden_streams = image.hidden_streams
             return image["color_srgb8"].copy(), image.sequence
 
     def shows_bars(self):
@@ -65,6 +69,22 @@ class Honest:
     def shows_red(self):
         color, _ = self.image()
         return bool(((color[..., 0] > 200) & (color[..., 1] < 50)).any())
+
+
+def large_triangles(count):
+    """A glb of translucent triangles that cover the view."""
+    data = numpy.tile(numpy.float32([(-99, -99, 0), (99, -99, 0), (0, 199, 0)]), (count, 1)).tobytes()
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": "cover", "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"alphaMode": "BLEND", "doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5]}}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3 * count, "type": "VEC3",
+                       "min": [-99, -99, 0], "max": [99, 199, 0]}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(data)}], "buffers": [{"byteLength": len(data)}]}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<4sII", b"glTF", 2, 28 + len(text) + len(data)) + struct.pack("<I4s", len(text), b"JSON") + text +
+            struct.pack("<I4s", len(data), b"BIN\0") + data)
 
 
 AT = numpy.tile(numpy.float32([0, 0, FRONT]), (20_000, 1))
@@ -84,7 +104,15 @@ def texts(stream, is_large):
     stream.text("load", ["W" * (1000 if is_large else 1)] * count, AT[:count], colors=RED, size_px=200 if is_large else 6)
 
 
-LOADS = {"points": points, "triangles": triangles, "texts": texts}
+def asset(stream, is_large):
+    if is_large:
+        stream.add_node("load", parent_from_node=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, FRONT], asset_glb=large_triangles(30_000))
+    else:
+        stream.remove_node("load")
+        stream.points("small", AT[:1], colors=RED, size_px=3)
+
+
+LOADS = {"points": points, "triangles": triangles, "texts": texts, "asset": asset}
 
 
 def is_hidden(renderer, name):
@@ -109,10 +137,18 @@ def hides(test, load):
         wait_until(lambda: f"the warning; last: {renderer.err[-3:]}", warned)
         for _ in range(20):
             check(honest.shows_bars(), "an image shows hidden content")
+            check(honest.hidden_streams == 1, f"the image says {honest.hidden_streams} hidden streams")
+        try:
+            honest.image(complete=True)
+            check(False, "an image without hidden content comes for a complete one")
+        except fire3dv.RefusedError as refused:
+            check('stream "greedy" is hidden' in str(refused), f"refused for another reason: {refused}")
         wait_until(lambda: "hidden content in the metrics", lambda: is_hidden(renderer, "greedy"))
         check(not is_hidden(renderer, "honest"), "the other peer is hidden")
         load(greedy, False)
         wait_until(lambda: "the small content", honest.shows_red)
+        check(honest.hidden_streams == 0, "an image with all content says that some is hidden")
+        honest.image(complete=True)
         wait_until(lambda: "the return in the metrics", lambda: not is_hidden(renderer, "greedy"))
         check(any("shown again" in line for line in renderer.err), "the return is not logged")
     honest.stream.close()
@@ -153,8 +189,28 @@ def off(test):
     stop(renderer)
 
 
+def files(test):
+    """Images in files name the streams whose content they lack."""
+    folder = test.path("images")
+    renderer = renderer_of(test, "tcp://127.0.0.1:0", "--out", folder, is_on_request=False)
+    uri = uri_of(renderer)
+    with open_stream(uri, "honest", barcode.NAMES) as honest, open_stream(uri, "greedy") as greedy:
+        honest.publish(1000, barcode.poses_of(1))
+        points(greedy, True)
+
+        def lines():
+            with open(os.path.join(folder, "frames.jsonl"), encoding="utf-8") as file:
+                return [json.loads(line) for line in file if line.endswith("\n")]
+        line = wait_until(lambda: "a line of hidden content",
+                          lambda: next((one for one in lines() if one.get("hidden_streams") == ["greedy"]), None))
+        check("hidden_streams" not in lines()[0], "the first image lacks nothing")
+    stop(renderer)
+    with open(os.path.join(folder, line["file"]), "rb") as file:
+        check(b"HiddenStream\0greedy" in file.read(), "the PNG file does not name the hidden stream")
+
+
 CASES = {f"hides_{name}": lambda test, load=load: hides(test, load) for name, load in LOADS.items()}
-CASES.update({"alone": alone, "off": off})
+CASES.update({"alone": alone, "off": off, "files": files})
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv"])

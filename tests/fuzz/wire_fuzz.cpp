@@ -87,11 +87,13 @@ std::vector<Input> seeds() {
   quad.image = {2, 1, 3, {255, 0, 0, 0, 255, 0}};
   wire::ImageRequest with_markers = request;
   with_markers.markers = true;
+  with_markers.complete = true;
   wire::ImageRequest with_lens = request;
   with_lens.intrinsics.f_number = 1.8f;
   with_lens.intrinsics.focus_distance_m = 2;
   wire::ImageFrame blurred = image;
   blurred.intrinsics = with_lens.intrinsics;
+  blurred.hidden_streams = 1;
   using P = wire::Property;
   return {input_of(wire::encode(request)),
           input_of(wire::encode(with_lens)),

@@ -54,6 +54,7 @@ wire::ImageRequest read_request(const fire3dv_image_request& given, uint64_t new
   request.rate_hz = given.rate_hz;
   request.sequence = given.sequence == 0 ? newest_sequence : given.sequence;
   request.markers = given.markers != 0;
+  request.complete = given.complete != 0;
   camera.f_number = given.f_number;
   camera.focus_distance_m = given.focus_distance_m;
   return request;
@@ -65,6 +66,9 @@ size_t known_bytes(const fire3dv_image_request& given) {
   constexpr size_t kSizeOf15 = offsetof(fire3dv_image_request, markers);
   constexpr size_t kSizeOf16 = kSizeOf15 + 8;
   static_assert(offsetof(fire3dv_image_request, f_number) == kSizeOf15 + 4);
+  constexpr size_t kSizeOf17 = kSizeOf15 + 16;
+  static_assert(offsetof(fire3dv_image_request, complete) == kSizeOf17);
+  if (given.struct_size == kSizeOf17) return offsetof(fire3dv_image_request, reserved);
   if (given.struct_size == kSizeOf15) return kSizeOf15;
   if (given.struct_size == kSizeOf16) return offsetof(fire3dv_image_request, f_number);
   return fire3dv::client::struct_is_known(&given, given.struct_size, sizeof given) ? sizeof given : 0;
@@ -94,6 +98,8 @@ int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, ui
                 "outputs is " + std::to_string(given->outputs) + "; only FIRE3DV_IMAGE_* bits may be set");
   if (given->markers != 0 && given->markers != 1)
     return fail(FIRE3DV_ERROR_ARGUMENT, "markers is " + std::to_string(given->markers) + "; use 0 or 1");
+  if (given->complete != 0 && given->complete != 1)
+    return fail(FIRE3DV_ERROR_ARGUMENT, "complete is " + std::to_string(given->complete) + "; use 0 or 1");
   if (given->when == FIRE3DV_IMAGE_EXACTLY && given->sequence == 0)
     return fail(FIRE3DV_ERROR_ARGUMENT, "sequence is 0; FIRE3DV_IMAGE_EXACTLY needs the frame's");
   wire::ImageRequest request = read_request(*given, stream->sequence);
@@ -139,6 +145,7 @@ fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
   std::copy_n(camera.lens.coefficients.begin(), 5, image.lens_coefficients);
   image.f_number = camera.f_number;
   image.focus_distance_m = camera.focus_distance_m;
+  image.hidden_streams = frame.hidden_streams;
   image.plane_count = held->planes.size();
   image.planes = held->planes.data();
   return held.release();

@@ -396,11 +396,14 @@ Result<void> FrameLoop::draw() {
   if (wants_pixels() && !awaits_stream_)
     captures_.record(recorder, context_.renderer, context_.options.outputs, context_.scene.scene(),
                      context_.poses,
-                     {images_, view.camera, shown, capture::path_provenance(context_.renderer)});
+                     {images_, view.camera, shown, capture::path_provenance(context_.renderer),
+                      context_.poses.hidden_streams()});
   if (context_.window) {
-    if (Result<void> drawn = context_.window->record(
-            recorder, frames_.staging(),
-            {images_, view.camera, shown, capture::path_provenance(context_.renderer)}, request.in_motion);
+    if (Result<void> drawn =
+            context_.window->record(recorder, frames_.staging(),
+                                    {images_, view.camera, shown, capture::path_provenance(context_.renderer),
+                                     context_.poses.hidden_streams()},
+                                    request.in_motion);
         !drawn)
       return drawn;
   }

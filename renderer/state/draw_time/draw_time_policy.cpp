@@ -15,7 +15,7 @@ constexpr int64_t kMsNs = 1'000'000, kSecondNs = 1'000'000'000;
 struct UnitCosts {
   double vertex, fragment, rebuilt;
 };
-constexpr UnitCosts kSoftware{10, 5, 1'500}, kHardware{0.1, 0.05, 20};
+constexpr UnitCosts kSoftware{10, 5, 500}, kHardware{0.1, 0.05, 20};
 
 // Cost of an image without content of peers that no budget polices: a fixed time, and its pixels.
 constexpr double kPlainSoftwareNs = 1.0e6, kPlainSoftwareNsPerPixel = 100;
@@ -30,12 +30,14 @@ constexpr int64_t kShortestPauseNs = 2 * kSecondNs, kLongestPauseNs = 64 * kSeco
 constexpr int64_t kQuietNs = kSecondNs;  // the content has to fit for so long before it returns
 constexpr int64_t kTrialIntervals = 16;  // intervals after which it returns as a trial
 constexpr double kReportedShare = 0.6, kForgottenShare = 0.3;
-constexpr double kMaxBuildNs = 0.5e9;  // of acceleration structures of new content
+constexpr double kMaxBuildNs = 0.5e9;       // of acceleration structures of new content
+constexpr double kMinAbandonedNs = 0.25e9;  // of images: shorter ones are drawn to their end
 constexpr size_t kMaxKinds = 256;
 constexpr int64_t kOldKindNs = 60 * kSecondNs;
 constexpr double kMaxScale = 50;
 constexpr double kMaxMeasuredRatio = 8;  // of measured to expected time of meshes: the rest is noise
 
+constexpr const char* kHiddenWhile = "; it is hidden while other simulators are connected";
 constexpr const char* kRemedy =
     "send fewer or smaller elements and triangles, or start the renderer with --peer-limit draw-time=off";
 
@@ -43,6 +45,11 @@ std::string milliseconds_text(double ns) {
   char text[32];
   std::snprintf(text, sizeof text, ns < 10e6 ? "%.1f ms" : "%.0f ms", ns * 1e-6);
   return text;
+}
+
+std::string expected_text(double ns, double without_ns) {
+  return "its content would take about " + milliseconds_text(ns) + " of an image that takes " +
+         milliseconds_text(without_ns) + " without it" + kHiddenWhile;
 }
 
 std::string percent_text(double share) {
@@ -88,6 +95,11 @@ double DrawTimePolicy::base_ns(const Image& image) const {
     if (content.peer == image.requester) own += expected_ns(content);
   const double base = kind == kinds_.end() ? 0 : kind->second.base_ns;
   return std::max(base + own, plain_ns(image.pixels));
+}
+
+// Estimates that no image has confirmed may be wrong; content within this limit is drawn and measured.
+double DrawTimePolicy::limit_ns(const Image& image) const {
+  return kEstimateSlack * settings_.factor * base_ns(image) + 25 * plain_ns(0);
 }
 
 bool DrawTimePolicy::set_peers(std::span<const Peer> peers) {
@@ -141,8 +153,7 @@ bool DrawTimePolicy::plan(const Image& image, int64_t now_ns) {
   if (!is_active() || settings_.factor == 0) return false;
   const double base = base_ns(image);
   const double allowed = (settings_.factor - 1) * base;
-  // Estimates that no image has confirmed may be wrong; content within this limit is drawn and measured.
-  const double limit = kEstimateSlack * settings_.factor * base + 25 * plain_ns(0);
+  const double limit = limit_ns(image);
   double shown = 0;
   std::vector<std::pair<double, Peer>> foreign;
   for (const Content& content : image.content) {
@@ -158,10 +169,7 @@ bool DrawTimePolicy::plan(const Image& image, int64_t now_ns) {
   std::sort(foreign.rbegin(), foreign.rend());
   for (const auto& [expected, peer] : foreign) {
     if (shown <= limit || expected < allowed / 2) break;
-    hide(accounts_.at(peer), peer,
-         "its content would take about " + milliseconds_text(expected) + " of an image that takes " +
-             milliseconds_text(base) + " without it; it is hidden while other simulators are connected",
-         now_ns);
+    hide(accounts_.at(peer), peer, expected_text(expected, base), now_ns);
     shown -= expected;
     is_changed = true;
   }
@@ -304,16 +312,23 @@ bool DrawTimePolicy::add_abandoned(const Image& image, int64_t elapsed_ns, int64
   return true;
 }
 
-bool DrawTimePolicy::refuse_build(Peer peer, uint64_t triangles, int64_t now_ns) {
+bool DrawTimePolicy::refuse_meshes(Peer peer, const DrawWork& meshes, std::span<const Image> images,
+                                   int64_t now_ns) {
   const auto known = accounts_.find(peer);
   if (!is_active() || settings_.factor == 0 || known == accounts_.end()) return false;
-  const double expected = ns_of({.rebuilt = static_cast<double>(triangles)}, 1);
-  if (expected <= kMaxBuildNs) return false;
-  if (!known->second.is_hidden)
-    hide(known->second, peer,
-         "the acceleration structures of its " + std::to_string(triangles) + " triangles would take about " +
-             milliseconds_text(expected) + "; it is hidden while other simulators are connected",
-         now_ns);
+  const double build = ns_of({.rebuilt = meshes.rebuilt}, 1);
+  std::string why;
+  if (build > kMaxBuildNs)
+    why = "the acceleration structures of its " + std::to_string(std::llround(meshes.rebuilt)) +
+          " triangles would take about " + milliseconds_text(build) + kHiddenWhile;
+  for (const Image& image : images) {
+    double drawn = 0;
+    for (const Content& content : image.content)
+      if (content.peer == peer && peer != image.requester) drawn += ns_of(content.meshes, mesh_scale_);
+    if (why.empty() && drawn > limit_ns(image)) why = expected_text(drawn, base_ns(image));
+  }
+  if (why.empty()) return false;
+  if (!known->second.is_hidden) hide(known->second, peer, why, now_ns);
   return true;
 }
 
@@ -329,8 +344,7 @@ std::optional<int64_t> DrawTimePolicy::abandon_after_ns(const Image& image) cons
     return content.peer != image.requester && !is_hidden(content.peer) && expected_ns(content) > 0;
   });
   if (!has_content) return std::nullopt;
-  const double limit = 2 * (kEstimateSlack * settings_.factor * base_ns(image) + 25 * plain_ns(0));
-  return static_cast<int64_t>(std::max(limit, 0.25e9));
+  return static_cast<int64_t>(std::max(2 * limit_ns(image), kMinAbandonedNs));
 }
 
 std::vector<DrawTimePolicy::Report> DrawTimePolicy::report() const {

@@ -62,9 +62,9 @@ class DrawTimePolicy {
   // An image, or the preparation of new content, was abandoned after this time. Hides the most expensive
   // content. Returns true if there was any.
   bool add_abandoned(const Image& image, int64_t elapsed_ns, int64_t now_ns);
-  // True if building the acceleration structures of so many triangles would keep others waiting: the content
-  // is hidden then.
-  bool refuse_build(Peer peer, uint64_t triangles, int64_t now_ns);
+  // Before new meshes are uploaded: true if drawing them in such images, or building the acceleration
+  // structures of their `rebuilt` triangles, would keep others waiting. The content is hidden then.
+  bool refuse_meshes(Peer peer, const DrawWork& meshes, std::span<const Image> images, int64_t now_ns);
 
   bool is_hidden(Peer peer) const;
   bool hides_any() const { return hidden_count_ > 0; }
@@ -115,6 +115,7 @@ class DrawTimePolicy {
   double expected_ns(const Content& content) const;
   double plain_ns(uint64_t pixels) const;
   double base_ns(const Image& image) const;
+  double limit_ns(const Image& image) const;
   std::vector<Cost> costs_of(const Image& image, const Measured& measured, int64_t now_ns);
   void hide(Account& account, Peer peer, const std::string& why, int64_t now_ns);
   void show(Account& account, Peer peer, const std::string& why);

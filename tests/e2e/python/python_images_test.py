@@ -179,7 +179,7 @@ def frames(test):
         check(image.opencv_camera_from_world.shape == (4, 4) and image.stream_from_camera.dtype == numpy.float64, "shapes")
     words = fire3dv.Image.__doc__
     fields = ("request", "epoch", "sequence", "sim_time_ns", "number", "lost", "width", "height", "fx", "fy", "cx", "cy",
-              "near_m", "far_m", "lens", "lens_coefficients", "f_number", "focus_distance_m", "world_from_camera")
+              "near_m", "far_m", "lens", "lens_coefficients", "f_number", "focus_distance_m", "hidden_streams", "world_from_camera")
     check(set(fields) == {name for name in vars(image) if not name.startswith("_")}, "other fields than in this list")
     for name in fields:
         check(name in words, f"help(fire3dv.Image) does not say what {name} is")

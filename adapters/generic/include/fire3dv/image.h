@@ -93,6 +93,9 @@ typedef struct fire3dv_image_request {
    * settings. Renderers of protocol 1.6 ignore it; fire3dv_image has the lens as used. */
   float f_number;         /* 0.1 to 1000 */
   float focus_distance_m; /* 0.001 to 1000000, along the view direction to the plane in focus */
+  uint32_t reserved;      /* 0 */
+  int32_t complete; /* 1: refuse the request while the renderer hides content of a stream that takes too much
+                     * drawing time, instead of an image without it. Renderers of protocol 1.7 ignore it */
 } fire3dv_image_request;
 
 typedef struct fire3dv_image_plane {
@@ -117,6 +120,7 @@ typedef struct fire3dv_image {
   size_t plane_count;
   const fire3dv_image_plane* planes; /* sorted by output bit */
   float f_number, focus_distance_m;  /* thin lens of the colours, as used; 0 = a pinhole */
+  uint32_t hidden_streams; /* streams whose content the image lacks, since it takes too much drawing time */
 } fire3dv_image;
 
 /* Returns the plane of one FIRE3DV_IMAGE_* output; NULL if the image has none. The image owns the plane. */

@@ -71,7 +71,8 @@ class ImageRequest(Structure):
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
                 ("outputs", c_uint32), ("when", c_int32), ("every", c_uint32), ("rate_hz", c_double),
-                ("sequence", c_uint64), ("markers", c_int32), ("f_number", c_float), ("focus_distance_m", c_float)]
+                ("sequence", c_uint64), ("markers", c_int32), ("f_number", c_float), ("focus_distance_m", c_float),
+                ("reserved", c_uint32), ("complete", c_int32)]
 
 
 class ImagePlane(Structure):
@@ -85,7 +86,7 @@ class Image(Structure):
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
                 ("plane_count", c_size_t), ("planes", POINTER(ImagePlane)), ("f_number", c_float),
-                ("focus_distance_m", c_float)]
+                ("focus_distance_m", c_float), ("hidden_streams", c_uint32)]
 
 
 class Joint(Structure):

@@ -80,6 +80,7 @@ class Image:
         near_m, far_m: metres along the camera's axis; far_m 0: infinite
         lens: "none", "plumb_bob" or "fisheye", with lens_coefficients, as of OpenCV: k1 k2 p1 p2 k3, or k1 k2 k3 k4
         f_number, focus_distance_m: thin lens of color and linear, as used; 0: a pinhole
+        hidden_streams: number of streams whose content the image lacks, since it takes too much drawing time
         world_from_camera: 12 numbers, (3, 4) row by row: rotation and position in metres. The camera looks along -Z, +Y
             is up
 
@@ -118,6 +119,7 @@ class Image:
         self.lens_coefficients: Tuple[float, ...] = tuple(raw.lens_coefficients)
         self.f_number: float = raw.f_number
         self.focus_distance_m: float = raw.focus_distance_m
+        self.hidden_streams: int = raw.hidden_streams
         self.world_from_camera: Tuple[float, ...] = tuple(raw.world_from_camera)
 
     def _plane(self, output: str) -> Any:

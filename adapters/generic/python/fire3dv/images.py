@@ -83,7 +83,7 @@ class ImageRequests:
                       far_m: float = 0.0, lens: Lens = "none", lens_coefficients: Sequence[float] = (),
                       outputs: Iterable[Output] = ("color",), when: When = "once", every: int = 1,
                       rate_hz: float = 0.0, sequence: int = 0, markers: bool = False, f_number: float = 0.0,
-                      focus_distance_m: float = 0.0) -> ImageRequest:
+                      focus_distance_m: float = 0.0, complete: bool = False) -> ImageRequest:
         """Requests images of a camera. Does not block.
 
         node: parent of the camera; None: the stream's frame. parent_from_camera: (3, 4) or (4, 4), rotation and
@@ -98,6 +98,8 @@ class ImageRequests:
         metres along the view direction to the plane in focus; both 0: the lens of the node's camera, or of the
         renderer's settings. The image says which lens was used.
         markers: True: "color" shows the markers of streams; other outputs never do. Not together with "linear".
+        complete: True: refused while the renderer hides the content of a stream that takes too much drawing time;
+        False: images come without it, and Image.hidden_streams is not 0.
         """
         pose = rigid(parent_from_camera, "parent_from_camera")
         if isinstance(outputs, str):
@@ -116,7 +118,7 @@ class ImageRequests:
             (c_float * 5)(*[real(k, "lens_coefficients") for k in lens_coefficients]), bits,
             _number_of(WHEN, when, "when"), whole(every, c_uint32, "every"), real(rate_hz, "rate_hz"),
             whole(sequence, c_uint64, "sequence"), int(bool(markers)), real(f_number, "f_number"),
-            real(focus_distance_m, "focus_distance_m"))
+            real(focus_distance_m, "focus_distance_m"), 0, int(bool(complete)))
         number = c_uint64()
         self._call(library().fire3dv_request_image, byref(request), byref(number))
         return ImageRequest(self, number.value)  # type: ignore[arg-type]

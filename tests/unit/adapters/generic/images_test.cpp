@@ -196,6 +196,19 @@ TEST_P(ClientImage, RequestReturnsItsImage) {
   EXPECT_EQ(wait(id, FIRE3DV_ERROR_ARGUMENT), nullptr) << "once is once";
   request.markers = 1;
   EXPECT_TRUE(seen(send_request(request)).markers);
+  EXPECT_EQ(image->hidden_streams, 0u);
+}
+
+TEST_P(ClientImage, CompleteImagesMayBeRequested) {
+  fire3dv_image_request request = small();
+  EXPECT_FALSE(seen(send_request(request)).complete);
+  request.complete = 1;
+  EXPECT_TRUE(seen(send_request(request)).complete);
+  // `complete` lies behind the structure of programs that were built with 1.7, whose padding may hold
+  // anything.
+  request.reserved = 0xffffffff;
+  request.struct_size = offsetof(fire3dv_image_request, complete);
+  EXPECT_FALSE(seen(send_request(request)).complete);
 }
 
 TEST_P(ClientImage, ImageHasRequestedLens) {

@@ -152,6 +152,15 @@ TEST(Png, PathTracedImageNamesItsSettings) {
   EXPECT_EQ(text_at(*raster, "Renderer"), "(absent)");
 }
 
+TEST(Png, HiddenStreamsAreNamed) {
+  FrameImage image = gradient(4, 4, 255);
+  image.hidden_streams = {"arm", "cloud\n"};
+  const auto file = decode_png(*encode_png(image));
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(text_at(*file, "HiddenStream"), "arm");
+  EXPECT_EQ(file->image.hidden_streams, (std::vector<std::string>{"arm", "cloud?"}));
+}
+
 TEST(Png, NamesFromOutsideAreMadeFit) {
   FrameImage image = gradient(4, 4, 255);
   image.camera = "K\xc3\xa4mera \xe2\x82\xac";  // valid UTF-8 stays

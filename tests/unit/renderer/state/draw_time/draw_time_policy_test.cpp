@@ -237,12 +237,25 @@ TEST_F(DrawTime, AbandonedImageHidesTheCostliestContent) {
   EXPECT_FALSE(policy_.abandon_after_ns(image(&honest_)));  // nothing of others is left
 }
 
-TEST_F(DrawTime, LargeStructuresAreNotBuiltBesideOthers) {
-  EXPECT_FALSE(policy_.refuse_build(&greedy_, 100'000, now_ns_));
-  EXPECT_TRUE(policy_.refuse_build(&greedy_, 1'000'000, now_ns_));
+TEST_F(DrawTime, LargeMeshesAreNotUploadedBesideOthers) {
+  EXPECT_FALSE(policy_.refuse_meshes(&greedy_, {.rebuilt = 100'000}, {}, now_ns_));
+  EXPECT_TRUE(policy_.refuse_meshes(&greedy_, {.rebuilt = 3'000'000}, {}, now_ns_));
   EXPECT_TRUE(policy_.is_hidden(&greedy_));
   connect({&greedy_});
-  EXPECT_FALSE(policy_.refuse_build(&greedy_, 1'000'000, now_ns_));
+  EXPECT_FALSE(policy_.refuse_meshes(&greedy_, {.rebuilt = 3'000'000}, {}, now_ns_));
+}
+
+TEST_F(DrawTime, ExpensiveMeshesAreNotUploadedBesideOthers) {
+  draw_for(kSecondNs, &honest_);
+  sources_[&greedy_] = {.meshes_ms = 20};
+  std::vector<Policy::Image> images{image(&honest_)};
+  EXPECT_FALSE(policy_.refuse_meshes(&greedy_, {}, images, now_ns_));
+  sources_[&greedy_] = {.meshes_ms = 500};
+  images = {image(&greedy_)};
+  EXPECT_FALSE(policy_.refuse_meshes(&greedy_, {}, images, now_ns_)) << "own images do not count";
+  images = {image(&honest_)};
+  EXPECT_TRUE(policy_.refuse_meshes(&greedy_, {}, images, now_ns_));
+  EXPECT_TRUE(policy_.is_hidden(&greedy_));
 }
 
 TEST(DrawTimeFactor, IsANumberOrOff) {
