@@ -27,7 +27,7 @@ namespace {
 
 constexpr int64_t kPatienceNs = 5'000'000'000;
 constexpr size_t kMaxPageBytes = size_t{16} << 20;
-constexpr size_t kMaxStreams = 4096;
+constexpr size_t kMaxDrawnStreams = 4096;
 
 struct Sample {
   std::string family;
@@ -100,7 +100,7 @@ std::vector<DrawnStream> read_page(std::string_view page) {
     if (!sample || !sample->family.starts_with("fire3dv_stream_") || !sample->labels.contains("stream"))
       continue;
     const std::string& number = sample->labels.at("stream");
-    if (streams.size() >= kMaxStreams && !streams.contains(number)) continue;
+    if (streams.size() >= kMaxDrawnStreams && !streams.contains(number)) continue;
     DrawnStream& stream = streams[number];
     stream.number = number;
     const auto label = [&](const char* name) {
