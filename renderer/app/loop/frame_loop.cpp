@@ -36,9 +36,10 @@ constexpr auto kBusyWait = std::chrono::milliseconds(1);
 constexpr auto kIdleWait = std::chrono::milliseconds(50);
 constexpr auto kWindowWait = std::chrono::milliseconds(15);  // between looks at the input of an idle window
 
-// In lockstep peers wait for each other, and data sets are as their streams say: nothing is hidden.
+// In lockstep peers wait for each other, data sets are as their streams say, and a replayed recording is the
+// user's own: nothing is hidden.
 state::DrawTimeSettings draw_time_settings(const FrameLoopContext& context) {
-  const bool hides = !context.options.lockstep && !context.options.outputs.has_planes();
+  const bool hides = !context.options.lockstep && !context.options.outputs.has_planes() && !context.timeline;
   return {.factor = hides ? context.options.draw_time_factor : 0,
           .is_software = context.device.report().type == gpu::DeviceType::software};
 }

@@ -27,8 +27,9 @@ constexpr double kReturnShare = 0.7;          // of the budget that returning co
 constexpr uint32_t kImagesOver = 4;           // in a row, before content is hidden ...
 constexpr int64_t kTimeOverNs = 400 * kMsNs;  // ... or fewer that take so long
 constexpr int64_t kShortestPauseNs = 2 * kSecondNs, kLongestPauseNs = 64 * kSecondNs;
-constexpr int64_t kQuietNs = kSecondNs;  // the content has to fit for so long before it returns
-constexpr int64_t kTrialIntervals = 16;  // intervals after which it returns as a trial
+constexpr int64_t kQuietNs = kSecondNs;        // the content has to fit for so long before it returns
+constexpr int64_t kMissingNs = 5 * kSecondNs;  // content that no image has for so long is gone
+constexpr int64_t kTrialIntervals = 16;        // intervals after which it returns as a trial
 constexpr double kReportedShare = 0.6, kForgottenShare = 0.3;
 constexpr double kMaxBuildNs = 0.5e9;       // of acceleration structures of new content
 constexpr double kMinAbandonedNs = 0.25e9;  // of images: shorter ones are drawn to their end
@@ -134,7 +135,7 @@ void DrawTimePolicy::hide(Account& account, Peer peer, const std::string& why, i
   const bool is_again = account.shown_ns && now_ns - *account.shown_ns < 4 * account.interval_ns;
   account.interval_ns = is_again ? std::min(2 * account.interval_ns, kLongestPauseNs) : kShortestPauseNs;
   account.is_hidden = true;
-  account.hidden_ns = account.unfit_ns = now_ns;
+  account.hidden_ns = account.unfit_ns = account.content_ns = now_ns;
   account.over_count = 0;
   account.over_ns = 0;
   ++hidden_count_;
@@ -161,6 +162,7 @@ bool DrawTimePolicy::plan(const Image& image, int64_t now_ns) {
     if (known == accounts_.end()) continue;
     Account& account = known->second;
     account.expected_ns = expected_ns(content) * account.correction;
+    account.content_ns = now_ns;
     if (content.peer == image.requester || account.is_hidden) continue;
     shown += account.expected_ns;
     foreign.emplace_back(account.expected_ns, content.peer);
@@ -171,6 +173,13 @@ bool DrawTimePolicy::plan(const Image& image, int64_t now_ns) {
     if (shown <= limit || expected < allowed / 2) break;
     hide(accounts_.at(peer), peer, expected_text(expected, base), now_ns);
     shown -= expected;
+    is_changed = true;
+  }
+  for (auto& [peer, account] : accounts_) {
+    if (!account.is_hidden || now_ns - account.content_ns < kMissingNs) continue;
+    account.correction = 1;
+    account.shown_ns = now_ns;
+    show(account, peer, "nothing of it is left");
     is_changed = true;
   }
   for (const Content& content : image.content) {

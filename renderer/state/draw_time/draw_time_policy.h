@@ -94,6 +94,7 @@ class DrawTimePolicy {
     double recent_ns = 0;  // decays
     bool is_hidden = false, is_reported = false, is_seen = false;
     int64_t hidden_ns = 0;            // since when
+    int64_t content_ns = 0;           // time of the last image that has content of it, hidden or not
     int64_t unfit_ns = 0;             // time of the last image that it would have slowed down too much
     int64_t interval_ns = 0;          // before it may return; 0: never hidden
     std::optional<int64_t> shown_ns;  // of its return

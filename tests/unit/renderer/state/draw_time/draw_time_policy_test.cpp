@@ -186,6 +186,16 @@ TEST_F(DrawTime, ContentReturnsWhenItHasShrunk) {
   EXPECT_EQ(count(NoticeKind::shown), 1u);
 }
 
+TEST_F(DrawTime, ContentThatIsGoneIsNotHidden) {
+  draw_for(kSecondNs, &honest_);
+  sources_[&greedy_] = {.markers_ms = 100};
+  draw_for(kSecondNs, &honest_);
+  ASSERT_TRUE(policy_.is_hidden(&greedy_));
+  sources_.clear();
+  draw_for(6 * kSecondNs, &honest_);
+  EXPECT_FALSE(policy_.is_hidden(&greedy_));
+}
+
 // Content that is small for a moment and large again, as often as it likes.
 TEST_F(DrawTime, ToggledContentReturnsMoreAndMoreSeldom) {
   draw_for(kSecondNs, &honest_);
