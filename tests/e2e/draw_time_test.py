@@ -196,7 +196,6 @@ def files(test):
     uri = uri_of(renderer)
     with open_stream(uri, "honest", barcode.NAMES) as honest, open_stream(uri, "greedy") as greedy:
         honest.publish(1000, barcode.poses_of(1))
-        points(greedy, True)
 
         def lines():
             path = os.path.join(folder, "frames.jsonl")
@@ -204,6 +203,8 @@ def files(test):
                 return []
             with open(path, encoding="utf-8") as file:
                 return [json.loads(line) for line in file if line.endswith("\n")]
+        wait_until(lambda: "an image", lines)
+        points(greedy, True)
         line = wait_until(lambda: "a line of hidden content",
                           lambda: next((one for one in lines() if one.get("hidden_streams") == ["greedy"]), None))
         check("hidden_streams" not in lines()[0], "the first image lacks nothing")
