@@ -47,7 +47,7 @@ class Measurements : public ::testing::Test {
     poses_.push(id, frame);
     ASSERT_NEAR(poses_.world_from_node(1)[3].x, world_from_node[3].x, 1e-6f);
   }
-  OverlayMarkers::Seen seen(float display_scale = 1) const {
+  OverlayMarkers::ImageView seen(float display_scale = 1) const {
     return {scene_, edits_, poses_, 1, scene::kNone, 1.5f, display_scale};
   }
   static void expect_near(const glm::vec3& a, const glm::vec3& b) {
