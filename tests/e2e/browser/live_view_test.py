@@ -182,6 +182,28 @@ def paths(test):
     live.renderer.expect_exit(0)
 
 
+def late_shadows(test):
+    """A viewer switches shadows on that were off at the start: another renderer draws them."""
+    live = LiveRenderer(test, "--render", "raster", "--shadows", "off")
+    viewer = PathViewer(live)
+
+    def until(value):
+        def found():
+            controls = viewer.messages.get("settings", {}).get("controls", [])
+            return next((control for control in controls if control["setting"] == "shadows"), {})
+        while found().get("value") != value:
+            viewer.receive()
+        check(found()["enabled"] and not found()["missing"], f"the control of shadows: {found()}")
+    until("off")
+    viewer.image()
+    viewer.send(type="setting", setting="shadows", control=0, value="map")
+    until("map")
+    viewer.image()
+    viewer.socket.close()
+    live.renderer.signal(15)
+    live.renderer.expect_exit(0)
+
+
 RATE = "1mbit"
 SIM_STEP_S = 0.01  # of publisher.cpp
 MAX_MEDIAN_LAG_S, MAX_LAG_S = 1.0, 3.0
@@ -249,4 +271,4 @@ def slow(test):
 
 
 if __name__ == "__main__":
-    main({"memory": memory, "paths": paths, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])
+    main({"memory": memory, "paths": paths, "late_shadows": late_shadows, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import math
 from ctypes import byref, c_char_p, c_double, c_int64
-from typing import Any, Callable, Dict, Iterable, Mapping, Optional
+from typing import Callable, Dict, Iterable, Mapping, Optional
 
 from . import _library as c
 from ._handle import StreamHandle
