@@ -40,7 +40,7 @@ constexpr Line kSceneLines[] = {
     {"I  T", "isolate it; follow it"},
     {"M", "measure a distance"},
     {"X  K", "grid, camera frusta"},
-    {"Esc", "end; deselect"},
+    {"Esc", "end the tool; deselect"},
 };
 constexpr Line kEditLines[] = {
     {nullptr, "Edit"},
