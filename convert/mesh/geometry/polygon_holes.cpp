@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <utility>
+
+#include "convert/mesh/geometry/sweep_triangulation.h"
 
 namespace fire3dv::convert {
 namespace {
 
 // Edges that are compared in all calls: some seconds.
 constexpr uint64_t kMaxEdges = 200'000'000;
+constexpr uint64_t kMaxEdgesOfPolygon = 1'000'000;  // larger ones are swept
 
 double side_of(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
@@ -140,9 +144,69 @@ std::vector<uint32_t> HoleJoiner::join(std::span<const Ring> rings) {
   };
   std::sort(holes.begin(), holes.end(),
             [&](const Chain& a, const Chain& b) { return right_end(a) > right_end(b); });
+  size_t corners = outline.size();
+  for (const Chain& hole : holes) corners += hole.size();
+  if (corners * holes.size() > kMaxEdgesOfPolygon || steps_ > kMaxEdges) return join_by_sweep(outline, holes);
   for (size_t hole = 0; hole < holes.size(); ++hole)
     if (!add_hole(outline, holes, hole)) return {};
   return outline;
+}
+
+// In time n log n. The polygon is the face on the left of the outline, of the graph of all rings and bridges.
+std::vector<uint32_t> HoleJoiner::join_by_sweep(const Chain& outline, const std::vector<Chain>& holes) const {
+  Chain corners = outline;
+  std::vector<uint32_t> ring_ends{static_cast<uint32_t>(corners.size())};
+  for (const Chain& hole : holes) {
+    corners.insert(corners.end(), hole.begin(), hole.end());
+    ring_ends.push_back(static_cast<uint32_t>(corners.size()));
+  }
+  std::vector<glm::dvec2> points;
+  for (const uint32_t corner : corners) points.push_back(points_[corner]);
+  const auto bridges = SweepTriangulation::find_bridges(points, ring_ends);
+  if (!bridges) return {};
+  std::vector<uint32_t> next(points.size()), previous(points.size());
+  uint32_t begin = 0;
+  for (const uint32_t end : ring_ends) {
+    for (uint32_t i = begin; i < end; ++i) {
+      next[i] = i + 1 == end ? begin : i + 1;
+      previous[next[i]] = i;
+    }
+    begin = end;
+  }
+  std::vector<std::pair<uint32_t, uint32_t>> ends;  // of bridges, both ways, by corner
+  for (const SweepTriangulation::Bridge& bridge : *bridges) {
+    if (points[bridge.corner] == points[bridge.other]) return {};
+    ends.emplace_back(bridge.corner, bridge.other);
+    ends.emplace_back(bridge.other, bridge.corner);
+  }
+  std::sort(ends.begin(), ends.end());
+  // Clockwise angle at a corner between the directions to two others, in (0, 2 pi].
+  const auto angle = [&](uint32_t at, uint32_t from, uint32_t to) {
+    const glm::dvec2 a = points[from] - points[at], b = points[to] - points[at];
+    const double turn = std::atan2(b.x * a.y - b.y * a.x, glm::dot(a, b));
+    return turn > 0 ? turn : turn + 2 * std::numbers::pi;
+  };
+  Chain joined;
+  const size_t most = points.size() + 2 * bridges->size();
+  uint32_t from = previous[0], at = 0;
+  do {
+    if (joined.size() == most) return {};
+    joined.push_back(corners[at]);
+    uint32_t to = next[at];
+    auto end = std::lower_bound(ends.begin(), ends.end(), std::pair(at, uint32_t{0}));
+    if (end != ends.end() && end->first == at) {
+      double least = to == from ? 2 * std::numbers::pi : angle(at, from, to);
+      for (; end != ends.end() && end->first == at; ++end) {
+        if (end->second == from) continue;
+        if (const double turn = angle(at, from, end->second); turn < least) {
+          least = turn;
+          to = end->second;
+        }
+      }
+    }
+    from = std::exchange(at, to);
+  } while (at != 0 || from != previous[0]);
+  return joined.size() == most ? joined : Chain();
 }
 
 }  // namespace fire3dv::convert

@@ -16,7 +16,7 @@ class HoleJoiner {
 
   // rings: the outline, then the holes, in any direction. Returns one polygon: numbers of corners, counted
   // over all rings. Empty where no edge leads to a hole without crossing another one, such as for a hole
-  // outside of the outline, and after too much work over all calls.
+  // outside of the outline.
   std::vector<uint32_t> join(std::span<const Ring> rings);
 
  private:
@@ -26,6 +26,7 @@ class HoleJoiner {
   double doubled_area(const Chain& chain) const;
   bool opens_to(const Chain& chain, size_t corner, const glm::dvec2& to) const;
   bool is_free(const glm::dvec2& from, const glm::dvec2& to, const Chain& chain);
+  std::vector<uint32_t> join_by_sweep(const Chain& outline, const std::vector<Chain>& holes) const;
   bool add_hole(Chain& outline, const std::vector<Chain>& holes, size_t hole);
 
   std::vector<glm::dvec2> points_;  // of all rings, in their plane; the outline is counter-clockwise

@@ -82,22 +82,45 @@ void SweepTriangulation::Status::erase(uint32_t edge) {
   if (node.above != kNone) nodes_[node.above].below = node.below;
 }
 
-SweepTriangulation::SweepTriangulation(std::span<const glm::dvec2> points)
+SweepTriangulation::SweepTriangulation(std::span<const glm::dvec2> points,
+                                       std::span<const uint32_t> ring_ends)
     : points_(points), status_(points.size()) {
-  const auto count = static_cast<uint32_t>(points.size());
-  edges_.resize(count);
-  for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t next = i + 1 == count ? 0 : i + 1;
-    const bool is_rightward = is_before(i, next);
-    edges_[i] = {is_rightward ? i : next, is_rightward ? next : i, is_rightward, kNone};
+  edges_.resize(points.size());
+  previous_.resize(points.size());
+  uint32_t begin = 0;
+  for (const uint32_t end : ring_ends) {
+    for (uint32_t i = begin; i < end; ++i) {
+      const uint32_t next = i + 1 == end ? begin : i + 1;
+      const bool is_rightward = is_before(i, next);
+      edges_[i] = {is_rightward ? i : next, is_rightward ? next : i, is_rightward, kNone};
+      previous_[next] = i;
+    }
+    begin = end;
   }
 }
 
 std::optional<std::vector<SweepTriangulation::Triangle>> SweepTriangulation::cut(
     std::span<const glm::dvec2> points) {
-  SweepTriangulation sweep(points);
+  const auto end = static_cast<uint32_t>(points.size());
+  SweepTriangulation sweep(points, std::span(&end, 1));
   if (!sweep.sweep()) return std::nullopt;
   return std::move(sweep.triangles_);
+}
+
+std::optional<std::vector<SweepTriangulation::Bridge>> SweepTriangulation::find_bridges(
+    std::span<const glm::dvec2> points, std::span<const uint32_t> ring_ends) {
+  SweepTriangulation sweep(points, ring_ends);
+  if (!sweep.sweep()) return std::nullopt;
+  // The leftmost corner of a hole comes first.
+  std::vector<uint8_t> is_joined(ring_ends.size());
+  std::vector<Bridge> bridges;
+  for (const Bridge& bridge : sweep.bridges_) {
+    const auto ring = static_cast<size_t>(
+        std::upper_bound(ring_ends.begin(), ring_ends.end(), bridge.corner) - ring_ends.begin());
+    if (ring != 0 && !std::exchange(is_joined[ring], 1)) bridges.push_back(bridge);
+  }
+  if (bridges.size() + 1 != ring_ends.size()) return std::nullopt;
+  return bridges;
 }
 
 bool SweepTriangulation::is_before(uint32_t a, uint32_t b) const {
@@ -151,9 +174,8 @@ bool SweepTriangulation::find_left_edges(std::span<const uint32_t> corners) {
   const glm::dvec2 point = points_[corners[0]];
   size_t count = 0;
   uint32_t edge = kNone;
-  const auto size = static_cast<uint32_t>(points_.size());
   for (const uint32_t corner : corners) {
-    for (const uint32_t each : {corner, corner == 0 ? size - 1 : corner - 1}) {
+    for (const uint32_t each : {corner, previous_[corner]}) {
       if (edges_[each].right != corner) continue;
       ++count;
       edge = each;
@@ -180,9 +202,8 @@ uint32_t SweepTriangulation::find_below(const glm::dvec2& point) const {
 
 void SweepTriangulation::sort_right_edges(std::span<const uint32_t> corners) {
   right_edges_.clear();
-  const auto size = static_cast<uint32_t>(points_.size());
   for (const uint32_t corner : corners) {
-    for (const uint32_t each : {corner, corner == 0 ? size - 1 : corner - 1})
+    for (const uint32_t each : {corner, previous_[corner]})
       if (edges_[each].left == corner) right_edges_.push_back(each);
   }
   const glm::dvec2 point = points_[corners[0]];
@@ -248,6 +269,7 @@ bool SweepTriangulation::split_region(uint32_t below) {
   if (!last.is_up) return false;
   // The rightmost corner sees the location, and ends both parts of the chain.
   const uint32_t seen = chains_[lower].rightmost;
+  bridges_.push_back({first.left, links_[seen].corner});
   const uint32_t upper = add_chain(links_[seen].corner);
   links_[chains_[upper].low].above = links_[seen].above;
   if (links_[seen].above != kNone) {

@@ -25,6 +25,17 @@ class SweepTriangulation {
   // does may also have triangles of another area.
   static std::optional<std::vector<Triangle>> cut(std::span<const glm::dvec2> points);
 
+  // Segment that crosses no edge, from a corner of a hole to one of the outline or of another hole, left of
+  // it.
+  struct Bridge {
+    uint32_t corner = 0, other = 0;
+  };
+  // points: of the outline, counter-clockwise, then of the holes, clockwise. ring_ends: behind the last point
+  // of each. One bridge for each hole; together they join all of them. nullopt: a ring crosses itself or
+  // another one, or touches it, or a hole lies outside.
+  static std::optional<std::vector<Bridge>> find_bridges(std::span<const glm::dvec2> points,
+                                                         std::span<const uint32_t> ring_ends);
+
  private:
   static constexpr uint32_t kNone = UINT32_MAX;
 
@@ -80,7 +91,7 @@ class SweepTriangulation {
     uint32_t below = kNone, above = kNone;
   };
 
-  explicit SweepTriangulation(std::span<const glm::dvec2> points);
+  SweepTriangulation(std::span<const glm::dvec2> points, std::span<const uint32_t> ring_ends);
   bool sweep();
   bool sweep_location(std::span<const uint32_t> corners);
   bool find_left_edges(std::span<const uint32_t> corners);
@@ -103,10 +114,12 @@ class SweepTriangulation {
 
   std::span<const glm::dvec2> points_;
   std::vector<Edge> edges_;
+  std::vector<uint32_t> previous_;  // corner of the same ring
   Status status_;
   std::vector<Chain> chains_;
   std::vector<Link> links_;
   std::vector<Triangle> triangles_;
+  std::vector<Bridge> bridges_;
   std::vector<uint32_t> left_edges_, right_edges_;  // of the location, from low to high
 };
 

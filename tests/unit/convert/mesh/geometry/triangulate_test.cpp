@@ -340,6 +340,19 @@ TEST(PolygonHoles, RandomHolesAreNotCovered) {
   }
 }
 
+// Thousands of holes are joined in time n log n, at corners that several bridges share.
+TEST(PolygonHoles, ManyAreNotCovered) {
+  constexpr int kSide = 48;
+  std::vector<Polygon> rings{square_at(0, 0, 1)};
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const glm::dvec2 at((i % kSide + 0.5) * 2 / kSide - 1, (i / kSide + 0.5) * 2 / kSide - 1);
+    rings.push_back(square_at(at.x, at.y, 0.5 / kSide));
+  }
+  EXPECT_NEAR(joined_area(rings), 3, 1e-9);
+  rings.push_back(square_at(9, 0, 0.5));
+  EXPECT_EQ(joined_area(rings), -1) << "one is outside";
+}
+
 TEST(PolygonHoles, RefusesWhatNoEdgeJoins) {
   const Polygon plate = square_at(0, 0, 1);
   const double nan = std::numeric_limits<double>::quiet_NaN();
