@@ -95,6 +95,13 @@ uint64_t ImageBatchRenderer::cost_of(const WorkItem& work) const {
   return state::image_cost(size.x, size.y, effort);
 }
 
+uint64_t ImageBatchRenderer::lens_bytes(const WorkItem& work) const {
+  if (renderer_.traces_paths() || used_lens(work).is_pinhole()) return 0;
+  constexpr uint64_t kBytesOfSample = 8 + 4 + 8;  // colour, depth, visibility; see Targets
+  const glm::uvec2 size = work.camera.pinhole.image_px;
+  return uint64_t{size.x} * size.y * static_cast<uint32_t>(renderer_.settings().samples()) * kBytesOfSample;
+}
+
 bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, const Limits& limits) {
   gpu::Recorder* recorder = nullptr;
   uint64_t bytes = 0, cost = 0;

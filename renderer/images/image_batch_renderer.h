@@ -84,6 +84,8 @@ class ImageBatchRenderer {
     uint64_t cost = 0, images = 0;
   };
   Cost take_cost() { return std::exchange(cost_, {}); }
+  // Device memory of the samples that depth of field blurs; 0: the image has none.
+  uint64_t lens_bytes(const WorkItem& work) const;
   // Of the image that is drawn next. Precondition: has_work().
   uint64_t next_cost() const { return cost_of(work_[next_]); }
 

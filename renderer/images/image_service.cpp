@@ -257,7 +257,16 @@ std::vector<ImageBatchRenderer::WorkItem> ImageService::resolve(
       possible.keeps_samples = appearance.keeps_samples;
       possible.in_motion = appearance.in_motion;
       if (possible.thin_lens.is_pinhole()) possible.thin_lens = appearance.lens;
-      work.push_back({std::move(one), possible});
+      ImageBatchRenderer::WorkItem item{std::move(one), possible};
+      const uint64_t lens_bytes = first_.lens_bytes(item);
+      const Result<void> fits =
+          lens_bytes > 0 ? requests_.check_memory(item.due, lens_bytes) : Result<void>();
+      if (fits)
+        work.push_back(std::move(item));
+      else
+        requests_.refuse(
+            item.due, wire::ImageRefusal::too_large,
+            fits.error().message + "; ask for a smaller image, or for one without depth of field");
     }
   }
   if (has_markers) scene_.show_markers();

@@ -117,6 +117,7 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
   Entry entry;
   entry.request = request;
   entry.pixel_bytes = bytes;
+  entry.budget = budget;
   if (auto refused = charge(requester, budget, entry)) return refused;
   places[request.place] = std::move(entry);
   return {};
@@ -202,6 +203,15 @@ std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(RequesterId req
     return order(a.request, a.last_ns) < order(b.request, b.last_ns);
   });
   return due;
+}
+
+Result<void> ImageRequestRegistry::check_memory(const Due& due, uint64_t bytes) const {
+  const auto places = requests_.find(due.requester);
+  if (places == requests_.end()) return {};
+  const auto at = places->second.find(due.request.place);
+  if (at == places->second.end() || at->second.request.id != due.request.id) return {};
+  const Result<BudgetCharge> charge = BudgetCharge::take(at->second.budget, Resource::gpu_bytes, bytes);
+  return charge ? Result<void>() : charge.error();
 }
 
 void ImageRequestRegistry::mark_rendered(const Due& due) {

@@ -79,6 +79,9 @@ class ImageRequestRegistry {
     return image_cost(request.intrinsics.width, request.intrinsics.height,
                       effort_of(request, abilities_.path_samples));
   }
+  // Checks that device memory for the time of drawing fits the requester's budget, beside its content. Images
+  // are drawn one after the other.
+  Result<void> check_memory(const Due& due, uint64_t bytes) const;
   // Marks an image as rendered. Does nothing if its request is closed.
   void mark_rendered(const Due& due);
 
@@ -92,6 +95,7 @@ class ImageRequestRegistry {
   struct Entry {
     wire::ImageRequest request;
     uint64_t pixel_bytes = 0;  // bytes of one image without boxes
+    std::shared_ptr<PeerBudget> budget;
     BudgetCharge request_charge, bytes_charge;
     uint64_t rendered = 0;  // number of rendered images
     uint64_t last_sequence = 0;

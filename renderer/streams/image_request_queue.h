@@ -86,6 +86,9 @@ class ImageRequestQueue final : public ImageRequestHandler {
   std::vector<state::ImageDemand> demands(int64_t now_ns);
   // Due images of one stream; they stay due until mark_rendered().
   std::vector<Due> due(state::RequesterId requester, int64_t now_ns) const;
+  Result<void> check_memory(const Due& due, uint64_t bytes) const {
+    return registry_.check_memory(due, bytes);
+  }
   uint64_t cost(const wire::ImageRequest& request) const { return registry_.cost(request); }
   void mark_rendered(const Due& due) { registry_.mark_rendered(due); }
   // Closes the request of this image.

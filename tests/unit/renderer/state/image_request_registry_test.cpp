@@ -252,6 +252,21 @@ TEST_F(ImageBookTest, DemandCostsDueImages) {
   EXPECT_EQ(demands[0].first, image_cost(64, 48));
 }
 
+TEST_F(ImageBookTest, MemoryOfDrawingFitsTheBudget) {
+  PeerLimits limits;
+  limits.of(Resource::gpu_bytes) = 1000;
+  const auto budget = BudgetPool::create(limits)->add_peer("peer");
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::every_nth), budget));
+  ASSERT_EQ(due(1), Ids{5});
+  EXPECT_TRUE(requests_.check_memory(last_[0], 1000).ok());
+  EXPECT_EQ(budget->used(Resource::gpu_bytes), 0u) << "images are drawn one after the other";
+  const Result<void> fits = requests_.check_memory(last_[0], 1001);
+  ASSERT_FALSE(fits.ok());
+  EXPECT_NE(fits.error().message.find("--peer-limit gpu-bytes=VALUE"), std::string::npos);
+  ASSERT_TRUE(budget->try_take(Resource::gpu_bytes, 500)) << "content";
+  EXPECT_FALSE(requests_.check_memory(last_[0], 501).ok());
+}
+
 TEST_F(ImageBookTest, BudgetBoundsOpenRequests) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("requests=3", limits).ok());
