@@ -136,6 +136,27 @@ TEST_F(StreamReceiverTest, EarlyRestartTakesNodes) {
   EXPECT_EQ(receiver_.active_streams(), 2u);
 }
 
+// Two publishers of one name: whatever the younger one does, the older one keeps its nodes.
+TEST_F(StreamReceiverTest, NamesakeTakesNothing) {
+  link_->deliver(1, LinkEvent::Kind::control, description(1, "same"));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(1, 1));
+  receiver_.poll();
+  PeerId peer = 2;
+  for (const bool says_goodbye : {false, true, false}) {
+    for (int visit = 0; visit < 3; ++visit, ++peer) {
+      link_->deliver(peer, LinkEvent::Kind::control, description(2, "same"));
+      link_->deliver(peer, LinkEvent::Kind::pose, frame(2, 1));
+      receiver_.poll();
+      EXPECT_EQ(driver(), 1u) << peer;
+      if (says_goodbye) link_->deliver(peer, LinkEvent::Kind::control, wire::encode(wire::Goodbye{2}));
+      link_->deliver(peer, LinkEvent::Kind::disconnected, {}, "gone");
+      receiver_.poll();
+      EXPECT_EQ(driver(), 1u) << peer;
+      EXPECT_EQ(receiver_.active_streams(), 1u) << peer;
+    }
+  }
+}
+
 TEST_F(StreamReceiverTest, NewDescriptionKeepsNodes) {
   link_->deliver(1, LinkEvent::Kind::control, description(1));
   link_->deliver(2, LinkEvent::Kind::control, description(2));
