@@ -21,7 +21,7 @@ MOST_EXPONENT = 1.5
 ENOUGH_S = 1.0  # of the largest file
 LEAST_S = 0.15  # below, noise hides the exponent
 HANG_S = 120
-MOST_DOUBLINGS = 16
+MOST_BYTES = 256 << 20  # of the file that is read
 
 TRIANGLE_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -348,8 +348,8 @@ CASES = {
     "overlay_unknown": ("o.json", 1000, lambda n: {"": overlay([{"node": f"x{i}", "visible": False} for i in range(n)]), "scene.gltf": gltf_nodes(4, {})}),
     "overlay_lights": ("o.json", 100, lambda n: {"": overlay([{"add": f"x{i}", "light": {"type": "point", "color": [1, 1, 1], "intensity": 1.0, "casts_shadow": False}, "translation": [0, 0, 1], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]} for i in range(n)]), "scene.gltf": gltf_nodes(4, {})}),
     "overlay_materials": ("o.json", 500, lambda n: {"": overlay([{"material": f"m{i}", "base_color": [1, 0, 0, 1], "emissive": [0, 0, 0], "metallic": 0, "roughness": 1, "normal_scale": 1, "occlusion_strength": 1, "alpha_cutoff": 0.5} for i in range(n)]), "scene.gltf": gltf({"materials": [{"name": f"m{i}"} for i in range(n)], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": i} for i in range(n)]}]})}),
-    "config_comments": ("fire3dv.config", 20000, lambda n: {"": "# comment\n" * n, "scene.gltf": gltf({})}),
-    "config_options": ("fire3dv.config", 1000, lambda n: {"": "".join(f"listen = shm://reader_times_{i}\n" for i in range(n)), "scene.gltf": gltf({})}),
+    "config_comments": ("fire3dv.config", 20000, lambda n: {"": "# comment\n" * n + "no-such-option = 1\n", "scene.gltf": gltf({})}),
+    "config_options": ("fire3dv.config", 1000, lambda n: {"": "".join(f"stream = s{i}\n" for i in range(n)) + "no-such-option = 1\n", "scene.gltf": gltf({})}),
 }
 
 
@@ -362,8 +362,8 @@ class Reader:
         draws = [self.fire3dv, scene, "--headless", "--frames", "1", "--size", "16x16", "--cache", "off"]
         if path.endswith(".mcap"):
             return [self.inspect, path]
-        if path.endswith(".config"):  # refused at the last line, when all are read
-            return [*draws, "--config", path, "--no-such-option"]
+        if path.endswith(".config"):  # its last line is refused, when all are read
+            return [*draws, "--config", path]
         if path.endswith(".json"):
             return [*draws, "--overlay", path]
         if path.endswith(".gltf"):
@@ -391,11 +391,11 @@ def exponent_of(reader, name, first, make):
     """Doubles the size until reading takes ENOUGH_S. Returns the exponent (None: too fast) and a line of text."""
     base = reader.seconds(name, make, 4)[0]
     times, size, said = [], first, ""
-    for _ in range(MOST_DOUBLINGS):
+    while not times or os.path.getsize(os.path.join(reader.folder, name)) < MOST_BYTES:
         seconds, code, error = reader.seconds(name, make, size)
         if code == 124:
             return 9.0, f"size {size}: killed after {HANG_S} s"
-        if error and times and "--no-such" not in error and error != said:
+        if error and times and "no-such" not in error and error != said:
             said = error
             if code != 0:  # a limit
                 break

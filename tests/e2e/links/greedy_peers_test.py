@@ -54,6 +54,8 @@ ATTACKS = {
     "duplicate_path": Attack(),
     "slow_readers": Attack(),
     "large_requests": Attack(stop_under_attack=True),
+    "many_requests": Attack(),
+    "reconnects": Attack(),
     "empty_states": Attack(),
     "half_frames": Attack(most_mib=200),
     "silent_connections": Attack(newcomer=True),

@@ -216,6 +216,34 @@ void large_requests(const Target& target) {
   }
 }
 
+// More small images of each frame than fit into a time slice, and some large ones.
+void many_requests(const Target& target) {
+  constexpr uint32_t kSmall = 900, kLarge = 24;
+  Stream stream(target);
+  stream.publish(1);
+  for (uint32_t i = 0; i < kSmall; ++i) stream.request(i, 8, wire::kMotion, wire::ImageWhen::rate);
+  for (uint32_t i = 0; i < kLarge; ++i)
+    stream.request(kSmall + i, 1000 + i, wire::kColorSrgb8, wire::ImageWhen::once);
+  while (!stop_requested()) {
+    stream.publish(1);
+    stream.read_replies();
+    pause(5ms);
+  }
+}
+
+// Visits that add a node and leave.
+void reconnects(const Target& target) {
+  for (uint64_t visit = 0; !stop_requested(); ++visit) {
+    try {
+      Stream stream(target, {"visitor " + std::to_string(visit)});
+      stream.add("node " + std::to_string(visit));
+      stream.publish(1);
+    } catch (const PeerClosed&) {  // the listener is full
+    }
+    announce_sent();
+  }
+}
+
 // A bundle of zeros is one of two million scene edits without content.
 void empty_states(const Target& target) {
   const RawPeer announcement(target.tcp_uri);
@@ -275,6 +303,8 @@ const std::map<std::string, Attack>& greedy_attacks() {
       {"duplicate_path", duplicate_path},
       {"slow_readers", slow_readers},
       {"large_requests", large_requests},
+      {"many_requests", many_requests},
+      {"reconnects", reconnects},
       {"empty_states", empty_states},
       {"half_frames", half_frames},
       {"silent_connections", silent_connections},
