@@ -64,7 +64,10 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   const int64_t begin_ns = monotonic_ns(), end_ns = begin_ns + rules_.slice_ns;
   std::vector<state::ImageDemand> demands = requests_.demands(begin_ns);
   scheduler_.note_demands(demands, begin_ns);
-  if (!demands.empty() || requests_.count() == 0) drop_closed_requests();
+  if (const uint64_t closed = requests_.closed(); closed != closed_seen_) {
+    closed_seen_ = closed;
+    drop_closed_requests();
+  }
   // Poses are constant during this call: all turns render the same poses.
   ImageBatchRenderer::Moment moment{poses_, nullptr};
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();

@@ -118,6 +118,7 @@ class ImageService {
   state::ImageScheduler scheduler_;
   std::deque<Submission> submissions_;  // unfinished submissions, in the order of scheduler_
   int64_t last_done_ns_ = 0;
+  uint64_t closed_seen_ = 0;  // ImageRequestQueue::closed() of the last drop_closed_requests()
 };
 
 }  // namespace fire3dv::app

@@ -67,6 +67,7 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::charge(
 
 std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
     RequesterId requester, const wire::ImageRequest& request, const std::shared_ptr<PeerBudget>& budget) {
+  changed(requester);
   std::map<uint32_t, Entry>& places = requests_[requester];
   const auto at = places.find(request.place);
   if (at != places.end() && at->second.request.id == request.id && request.when != wire::ImageWhen::never) {
@@ -75,7 +76,10 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
                   "request " + std::to_string(request.id) +
                       " was made already and says something else; an id is used once");
   }
-  if (at != places.end()) places.erase(at);
+  if (at != places.end()) {
+    places.erase(at);
+    ++closed_;
+  }
   if (request.when == wire::ImageWhen::never) return {};
 
   using Refusal = wire::ImageRefusal;
@@ -126,7 +130,8 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
 void ImageRequestRegistry::remove(RequesterId requester, uint64_t id) {
   const auto places = requests_.find(requester);
   if (places == requests_.end()) return;
-  std::erase_if(places->second, [&](const auto& entry) { return entry.second.request.id == id; });
+  changed(requester);
+  closed_ += std::erase_if(places->second, [&](const auto& entry) { return entry.second.request.id == id; });
 }
 
 ImageRequestRegistry::Action ImageRequestRegistry::action_now(const Entry& entry, uint64_t sequence,
@@ -158,6 +163,13 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
     if (places.empty()) continue;
     const std::optional<Shown> now = shown(requester);
     if (!now) continue;
+    const auto noted = noted_.find(requester);
+    if (noted != noted_.end() && noted->second.epoch == now->epoch &&
+        noted->second.sequence == now->sequence) {
+      if (noted->second.demand.cost > 0) demands.push_back(noted->second.demand);
+      continue;
+    }
+    bool depends_on_time = false;
     ImageDemand demand{requester, 0, 0};
     const Entry* first = nullptr;
     for (auto at = places.begin(); at != places.end();) {
@@ -170,8 +182,10 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
                                      " is not shown any more; frame " + std::to_string(now->sequence) +
                                      " is: wait for images in lockstep, or ask for what is shown next"));
         at = places.erase(at);
+        ++closed_;
         continue;
       }
+      depends_on_time |= request.when == wire::ImageWhen::rate;
       if (action != Action::wait) {
         const uint64_t each = cost(request);
         demand.cost += each;
@@ -182,6 +196,7 @@ std::vector<ImageDemand> ImageRequestRegistry::demands(const ShownOf& shown, int
       }
       ++at;
     }
+    if (!depends_on_time) noted_[requester] = {now->epoch, now->sequence, demand};
     if (demand.cost > 0) demands.push_back(demand);
   }
   return demands;
@@ -219,9 +234,11 @@ void ImageRequestRegistry::mark_rendered(const Due& due) {
   if (places == requests_.end()) return;
   const auto at = places->second.find(due.request.place);
   if (at == places->second.end() || at->second.request.id != due.request.id) return;
+  changed(due.requester);
   Entry& entry = at->second;
   if (action_now(entry, due.sequence, due.due_ns) == Action::render_last) {
     places->second.erase(at);
+    ++closed_;
     return;
   }
   entry.rendered = due.number;

@@ -63,7 +63,10 @@ class ImageRequestRegistry {
   std::optional<Refused> add(RequesterId requester, const wire::ImageRequest& request,
                              const std::shared_ptr<PeerBudget>& budget = nullptr);
   // Removes all requests of a requester whose stream ended or restarted.
-  void remove_all(RequesterId requester) { requests_.erase(requester); }
+  void remove_all(RequesterId requester) {
+    changed(requester);
+    closed_ += requests_.erase(requester);
+  }
   // Closes a request that cannot be served.
   void remove(RequesterId requester, uint64_t id);
 
@@ -89,6 +92,7 @@ class ImageRequestRegistry {
   std::vector<std::pair<RequesterId, uint64_t>> open() const;
   bool is_open(RequesterId requester, uint64_t id) const;
   size_t count() const;
+  uint64_t closed() const { return closed_; }  // rises when requests are closed
   uint64_t refused() const { return refused_; }
 
  private:
@@ -101,6 +105,12 @@ class ImageRequestRegistry {
     uint64_t last_sequence = 0;
     int64_t last_ns = 0;
   };
+  // Demand of one requester at one shown frame: a loop without news costs nothing per request.
+  struct Noted {
+    uint64_t epoch = 0, sequence = 0;
+    ImageDemand demand;
+  };
+  void changed(RequesterId requester) { noted_.erase(requester); }
   std::optional<Refused> charge(RequesterId requester, const std::shared_ptr<PeerBudget>& budget,
                                 Entry& entry);
   enum class Action { wait, render, render_last, overtaken };
@@ -110,7 +120,8 @@ class ImageRequestRegistry {
 
   ImageAbilities abilities_;
   std::map<RequesterId, std::map<uint32_t, Entry>> requests_;  // the inner key is ImageRequest::place
-  uint64_t refused_ = 0;
+  std::map<RequesterId, Noted> noted_;
+  uint64_t refused_ = 0, closed_ = 0;
 };
 
 }  // namespace fire3dv::state

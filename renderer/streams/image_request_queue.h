@@ -111,6 +111,7 @@ class ImageRequestQueue final : public ImageRequestHandler {
   // Requester and id of each open request, sorted.
   std::vector<std::pair<state::RequesterId, uint64_t>> open() const { return registry_.open(); }
   size_t count() const { return registry_.count(); }
+  uint64_t closed() const { return registry_.closed(); }  // rises when requests are closed
 
  private:
   ImageReplies& replies_;
