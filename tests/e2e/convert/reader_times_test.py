@@ -128,6 +128,20 @@ def dae_polygon(points):
     return dae(text, dae_node(0, "g"))
 
 
+def dae_holes(n):
+    """A sheet of n square holes."""
+    side = math.isqrt(n)
+    points, holes = [(0, 0), (side, 0), (side, side), (0, side)], ""
+    for i in range(side * side):
+        x, y, first = i % side + 0.25, i // side + 0.25, len(points)
+        points += [(x, y), (x, y + 0.5), (x + 0.5, y + 0.5), (x + 0.5, y)]
+        holes += f"<h>{first} {first + 1} {first + 2} {first + 3}</h>"
+    text = dae_polygon(points)
+    begin, end = text.index("<polylist"), text.index("</polylist>") + len("</polylist>")
+    return (text[:begin] + '<polygons count="1"><input semantic="VERTEX" source="#gv" offset="0"/><ph><p>0 1 2 3</p>' + holes + "</ph></polygons>"
+            + text[end:])
+
+
 def dae_node(i, geometry=None, inside=""):
     return f'<node id="n{i}" name="n{i}">' + (f'<instance_geometry url="#{geometry}"/>' if geometry else "") + inside + "</node>"
 
@@ -272,6 +286,7 @@ CASES = {
     "dae_triangles": ("a.dae", 5000, lambda n: dae(dae_geometry("g", n), dae_node(0, "g"))),
     "dae_polylist": ("a.dae", 5000, lambda n: dae(dae_geometry("g", n, True), dae_node(0, "g"))),
     "dae_polygon": ("a.dae", 20000, lambda n: dae_polygon(bowl(n))),
+    "dae_holes": ("a.dae", 2000, dae_holes),
     "dae_nodes": ("a.dae", 500, lambda n: dae(dae_geometry("g"), "".join(dae_node(i, "g") for i in range(n)))),
     "dae_geometries": ("a.dae", 250, lambda n: dae("".join(dae_geometry(f"g{i}") for i in range(n)), "".join(dae_node(i, f"g{i}") for i in range(n)))),
     "dae_instances": ("a.dae", 500, lambda n: dae(dae_geometry("g"), dae_node(0, None, '<instance_geometry url="#g"/>' * n))),
