@@ -233,8 +233,7 @@ class StreamReceiver final : public ImageReplies {
   void resolve_conflicts();
   void begin_stream(Peer peer, const wire::StreamDescription& description);
   uint64_t claim_slot_of_suspended(Peer peer, const wire::StreamDescription& description);
-  // requester: of the suspended stream.
-  void pass_nodes_to_successor(SuspendedStream& suspended, state::RequesterId requester);
+  void pass_nodes_to_successor(SuspendedStream& suspended);
   void report_poses();
   void send_advice(Peer peer, PeerStream& stream);
   void send_advice_to(state::StreamId id, std::string&& advice);

@@ -411,7 +411,6 @@ uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bo
   const auto ended = stream_of_peer_.find(peer);
   if (ended == stream_of_peer_.end()) return 0;
   const int64_t until_ns = now_ns_ + kGraceNs;
-  const state::RequesterId requester = ended->second.requester;
   const uint64_t reservation = poses_.suspend_stream(ended->second.id, until_ns);
   std::erase_if(suspended_,
                 [this](const SuspendedStream& suspended) { return suspended.until_ns <= now_ns_; });
@@ -422,7 +421,7 @@ uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bo
         [](const SuspendedStream& a, const SuspendedStream& b) { return a.reservation < b.reservation; }));
   drop_stream(peer, reason);
   if (passes_nodes && !suspended_.empty() && suspended_.back().reservation == reservation)
-    pass_nodes_to_successor(suspended_.back(), requester);
+    pass_nodes_to_successor(suspended_.back());
   return reservation;
 }
 
@@ -466,12 +465,12 @@ uint64_t StreamReceiver::claim_slot_of_suspended(Peer peer, const wire::StreamDe
   return suspended->reservation;
 }
 
-// Same as claim_slot_of_suspended(), for a stream that connected before the loss was detected. An older
-// stream of the name is another publisher, which keeps what it has.
-void StreamReceiver::pass_nodes_to_successor(SuspendedStream& suspended, state::RequesterId requester) {
+// Same as claim_slot_of_suspended(), for a stream that connected before the loss was detected. A stream of the
+// name that waits for no node is another publisher.
+void StreamReceiver::pass_nodes_to_successor(SuspendedStream& suspended) {
   const auto next = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
     return entry.first.first == suspended.listener && entry.second.name == suspended.name &&
-           entry.second.requester > requester;
+           !poses_.streams()[entry.second.id].conflicting_names.empty();
   });
   if (next == stream_of_peer_.end()) return;
   suspended.successor = next->first;
