@@ -77,7 +77,7 @@ class Stream : public RawPeer {
     request.outputs = outputs;
     request.when = when;
     request.rate_hz = 1000;
-    control(wire::encode(request));
+    state(wire::encode(request));
   }
 
  private:
