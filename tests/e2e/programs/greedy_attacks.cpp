@@ -68,6 +68,15 @@ class Stream : public RawPeer {
     pose(wire::encode(frame));
   }
   void request(uint32_t place, uint32_t side, uint32_t outputs, wire::ImageWhen when) {
+    control(make_request(place, side, outputs, when));
+  }
+  // More requests than fit among the control messages.
+  void request_as_state(uint32_t place, uint32_t side, uint32_t outputs, wire::ImageWhen when) {
+    state(make_request(place, side, outputs, when));
+  }
+
+ private:
+  wire::Bytes make_request(uint32_t place, uint32_t side, uint32_t outputs, wire::ImageWhen when) {
     wire::ImageRequest request;
     request.epoch = description_.epoch;
     request.id = ++request_;
@@ -77,10 +86,9 @@ class Stream : public RawPeer {
     request.outputs = outputs;
     request.when = when;
     request.rate_hz = 1000;
-    state(wire::encode(request));
+    return wire::encode(request);
   }
 
- private:
   wire::StreamDescription description_;
   uint64_t version_ = 0, sequence_ = 0, request_ = 0;
 };
@@ -221,9 +229,9 @@ void many_requests(const Target& target) {
   constexpr uint32_t kSmall = 900, kLarge = 24;
   Stream stream(target);
   stream.publish(1);
-  for (uint32_t i = 0; i < kSmall; ++i) stream.request(i, 8, wire::kMotion, wire::ImageWhen::rate);
+  for (uint32_t i = 0; i < kSmall; ++i) stream.request_as_state(i, 8, wire::kMotion, wire::ImageWhen::rate);
   for (uint32_t i = 0; i < kLarge; ++i)
-    stream.request(kSmall + i, 1000 + i, wire::kColorSrgb8, wire::ImageWhen::once);
+    stream.request_as_state(kSmall + i, 1000 + i, wire::kColorSrgb8, wire::ImageWhen::once);
   while (!stop_requested()) {
     stream.publish(1);
     stream.read_replies();
