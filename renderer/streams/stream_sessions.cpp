@@ -465,8 +465,8 @@ uint64_t StreamReceiver::claim_slot_of_suspended(Peer peer, const wire::StreamDe
   return suspended->reservation;
 }
 
-// Same as claim_slot_of_suspended(), for a stream that connected before the loss was detected. A stream of the
-// name that waits for no node is another publisher.
+// Same as claim_slot_of_suspended(), for a stream that connected before the loss was detected. A stream of
+// the name that waits for no node is another publisher.
 void StreamReceiver::pass_nodes_to_successor(SuspendedStream& suspended) {
   const auto next = std::find_if(stream_of_peer_.begin(), stream_of_peer_.end(), [&](const auto& entry) {
     return entry.first.first == suspended.listener && entry.second.name == suspended.name &&
