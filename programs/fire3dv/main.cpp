@@ -1,8 +1,8 @@
-#include <cstdio>
 #include <exception>
 #include <string_view>
 
 #include "base/log.h"
+#include "base/process/failure.h"
 #include "renderer/app/drake_command.h"
 #include "renderer/app/options/options.h"
 #include "renderer/app/start.h"
@@ -19,8 +19,7 @@ int run_with(const std::variant<Options, int>& options, int (*run)(const Options
   try {
     return run(std::get<Options>(options));
   } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
-    std::fprintf(stderr, "fire3dv: error: %s\n", failure.what());
-    return 1;
+    return fire3dv::report_failure(fire3dv::Error{fire3dv::describe_failure(failure)});
   }
 }
 

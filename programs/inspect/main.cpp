@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <exception>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "base/process/progress.h"
 #include "base/text.h"
 #include "programs/inspect/observer.h"
@@ -310,7 +312,7 @@ int inspect_renderers(const std::vector<std::string>& urls, bool as_json) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace fire3dv;
   CLI::App app{"Prints streams of links or recordings: rates, losses and ages of frames.", "fire3dv-inspect"};
   set_help(app, "URI|FILE.mcap... [OPTIONS]");
@@ -387,4 +389,7 @@ int main(int argc, char** argv) {
     result = 1;
   }
   return result;
+} catch (const std::exception& failure) {
+  fire3dv::print_log_line("fire3dv-inspect", fire3dv::error_line(fire3dv::describe_failure(failure)));
+  return 1;
 }

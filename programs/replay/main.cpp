@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <set>
 #include <string>
@@ -17,6 +18,7 @@
 #include "base/clock.h"
 #include "base/command_line.h"
 #include "base/log.h"
+#include "base/process/failure.h"
 #include "base/process/stop_signals.h"
 #include "base/text.h"
 #include "protocol/record/playback.h"
@@ -266,5 +268,10 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
   install_stop_signals(SecondStop::ignored);
-  return replay_file(options);
+  try {
+    return replay_file(options);
+  } catch (const std::exception& failure) {
+    print_log_line("fire3dv-replay", error_line(describe_failure(failure)));
+    return 1;
+  }
 }

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "base/process/start_thread.h"
 #include "renderer/passes/texture_capacity.h"
 
 namespace fire3dv::app {
 
 SecondaryDevice::SecondaryDevice(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
                                  const CacheLocations& caches, const settings::DrawSettings& settings)
-    : thread_([this](const std::stop_token& stop) { work(stop); }) {
+    : thread_(start_thread<std::jthread>("secondary device's",
+                                         [this](const std::stop_token& stop) { work(stop); })) {
   begin([this, &instance, index, async_compute, &caches, settings] {
     result_ = open(instance, index, async_compute, caches, settings);
   });

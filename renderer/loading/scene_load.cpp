@@ -8,7 +8,9 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "base/process/progress.h"
+#include "base/process/start_thread.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/scene/gltf/load_gltf.h"
@@ -47,12 +49,17 @@ SceneLoad::SceneLoad(const std::filesystem::path& path, const ConvertOptions& co
       cache_(cache_settings_),
       levels_(levels),
       look_(std::move(look)),
-      thread_([this] {
-        Result<scene::LoadedScene> loaded = load();
+      thread_(start_thread<std::jthread>("scene loading", [this] {
+        Result<scene::LoadedScene> loaded = Error{};
+        try {
+          loaded = load();
+        } catch (const std::exception& failure) {
+          loaded = Error{path_.string() + ": cannot be loaded: " + describe_failure(failure)};
+        }
         const std::lock_guard lock(mutex_);
         result_.emplace(std::move(loaded));
         changed_.notify_all();
-      }) {}
+      })) {}
 
 Result<scene::LoadedScene> SceneLoad::load() {
   if (!needs_conversion(path_)) return load_gltf_file();

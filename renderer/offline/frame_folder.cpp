@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "base/files.h"
+#include "base/process/start_thread.h"
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
 
@@ -161,7 +162,7 @@ Result<void> FrameFolder::begin(const Machine& machine) {
   if (!list_)
     return Error{"cannot write " + (folder_ / kFrameListName).string() + ": " + system_reason(errno)};
   const unsigned workers = std::clamp(std::thread::hardware_concurrency(), 1u, kMaxWorkers);
-  for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+  for (unsigned i = 0; i < workers; ++i) workers_.push_back(start_thread("image file", [this] { work(); }));
   return {};
 }
 

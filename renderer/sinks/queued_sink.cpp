@@ -2,11 +2,13 @@
 
 #include <utility>
 
+#include "base/process/start_thread.h"
+
 namespace fire3dv::sinks {
 
 void QueuedSink::start() {
   is_complete_ = false;
-  worker_ = std::thread([this] { work(); });
+  worker_ = start_thread("image or video file", [this] { work(); });
 }
 
 bool QueuedSink::abandon_queue() {

@@ -1,16 +1,22 @@
 #include "protocol/transport/core/link_thread.h"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include "base/clock.h"
+#include "base/process/start_thread.h"
 
 namespace fire3dv::transport {
 
 Result<void> LinkThread::start(const std::string& name, std::function<void()> body) {
   if (!waker_) return Error{name + ": out of file descriptors; close some or raise the limit"};
   owner_ = ::getpid();
-  thread_ = std::thread(std::move(body));
+  try {
+    thread_ = std::thread(std::move(body));
+  } catch (const std::system_error& failure) {
+    return Error{name + ": " + thread_failure_text("link's", failure.code())};
+  }
   return {};
 }
 
