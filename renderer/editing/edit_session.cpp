@@ -7,6 +7,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/clock.h"
 #include "base/files.h"
 #include "base/log.h"
 #include "base/plural.h"
@@ -169,6 +170,10 @@ bool adds_files(const state::Additions& additions) {
   });
 }
 
+std::string recovered_text(size_t edits) {
+  return counted(edits, "edit") + " of an earlier run " + (edits == 1 ? "was" : "were") + " not saved";
+}
+
 bool is_same_folder(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code error;
   const auto folder = [&](const std::filesystem::path& file) {
@@ -194,6 +199,10 @@ EditSession::EditSession(ViewState& view_state, OverlayFile file, state::EditDoc
       assets_(offered_assets(file_.path, file_.assets)) {
   history_.reset(std::move(document));
   history_.mark_saved();
+}
+
+EditSession::~EditSession() {
+  if (recovery_) (void)recovery_->keep(history_);
 }
 
 void EditSession::begin(const state::EditTargets& targets) {
@@ -332,6 +341,7 @@ void EditSession::update(const state::EditTargets& targets, bool is_interacting,
     show(targets);
     settings_.restore(view_state_, history_);
   }
+  if (const auto applies = std::exchange(commands.recover, std::nullopt)) decide_recovery(targets, *applies);
   if (std::exchange(commands.save_overlay, false)) save();
   if (const auto path = std::exchange(commands.save_as, std::nullopt)) save_as(*path);
   if (std::exchange(commands.export_glb, false)) export_glb(targets);
@@ -399,7 +409,10 @@ void EditSession::replace_robot(const scene::Scene& scene, const state::RobotPos
 }
 
 EditFacts EditSession::facts() const {
-  return {history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(), assets_};
+  EditFacts facts{history_.undo_text(), history_.redo_text(), history_.is_saved(), file_.path.string(),
+                  assets_};
+  if (recovery_ && recovery_->found()) facts.recovered = recovered_text(recovery_->found()->document.size());
+  return facts;
 }
 
 // An overlay of an earlier run, or of another program, is not lost by one key press.
@@ -458,6 +471,52 @@ std::vector<std::string> EditSession::take_log_messages() {
   const bool is_done =
       exporting_.valid() && exporting_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   return is_done ? finish() : std::exchange(notes_, {});
+}
+
+void EditSession::offer_recovery(bool has_window) {
+  recovery_.emplace(file_.path, file_.scene, history_.document());
+  for (std::string& note : recovery_->take_log_messages()) notes_.push_back(std::move(note));
+  if (const std::optional<RecoveryFile::Found>& found = recovery_->found())
+    notes_.push_back(warning(recovered_text(found->document.size()) + ": " + found->path.string() +
+                             (has_window ? "; apply or discard them in the window"
+                                         : "; --overlay " + found->path.string() + " applies them")));
+  if (!has_window) recovery_.reset();
+}
+
+// Edits of this run stay where the recovered ones say nothing.
+void EditSession::decide_recovery(const state::EditTargets& targets, bool applies) {
+  if (!recovery_ || !recovery_->found()) return;
+  if (!applies) {
+    recovery_->discard_found();
+    return notes_.push_back("the edits of the earlier run are discarded");
+  }
+  state::EditDocument document = recovery_->take_found();
+  const size_t count = document.size();
+  state::EditDocument own = history_.document();
+  document.merge(own);
+  history_.record(std::move(document));
+  show(targets);
+  notes_.push_back(counted(count, "edit") + " of the earlier run applied; " +
+                   (file_.path.empty() ? "" : "Ctrl+S saves, ") + "Ctrl+Z takes them back");
+}
+
+void EditSession::protect_unsaved() {
+  if (!recovery_) return;
+  recovery_->update(history_, monotonic_ns());
+  for (std::string& note : recovery_->take_log_messages()) notes_.push_back(std::move(note));
+}
+
+std::vector<std::string> EditSession::end(bool is_discarded) {
+  std::vector<std::string> messages = finish();
+  if (!recovery_) return messages;
+  if (is_discarded || history_.is_saved()) {
+    recovery_->remove();
+  } else if (std::string kept = recovery_->keep(history_); !kept.empty()) {
+    messages.push_back(warning(kept));
+  }
+  for (std::string& note : recovery_->take_log_messages()) messages.push_back(std::move(note));
+  recovery_.reset();
+  return messages;
 }
 
 std::vector<std::string> EditSession::finish() {

@@ -18,6 +18,7 @@
 #include "renderer/editing/edit_document.h"
 #include "renderer/editing/edit_history.h"
 #include "renderer/editing/new_objects.h"
+#include "renderer/editing/recovery_file.h"
 #include "renderer/editing/render_settings.h"
 #include "renderer/editing/view_state.h"
 #include "renderer/live_scene/live_scene.h"
@@ -47,6 +48,7 @@ class EditSession {
  public:
   // Borrows the view state, whose edits it records and sets.
   EditSession(ViewState& view_state, OverlayFile file, state::EditDocument document);
+  ~EditSession();  // keeps unsaved edits, without end()
 
   // Makes the document the user's edits.
   void begin(const state::EditTargets& targets);
@@ -83,6 +85,14 @@ class EditSession {
   // Waits for an export, and returns its messages, too.
   std::vector<std::string> finish();
 
+  // Protects unsaved edits by a recovery file, and reports that of an earlier run: as a question in a window,
+  // else as a sentence. Without a call there is none.
+  void offer_recovery(bool has_window);
+  // Writes the recovery file when it is due. Call often.
+  void protect_unsaved();
+  // finish() for the end of the run. is_discarded: by the user, who has closed the window.
+  std::vector<std::string> end(bool is_discarded);
+
  private:
   state::EditDocument current(const state::EditTargets& targets) const;
   void show(const state::EditTargets& targets, std::vector<state::EditKey>* unmatched = nullptr);
@@ -100,6 +110,7 @@ class EditSession {
   void save();
   void save_as(const std::filesystem::path& path);
   void export_glb(const state::EditTargets& targets);
+  void decide_recovery(const state::EditTargets& targets, bool applies);
 
   ViewState& view_state_;
   OverlayFile file_;
@@ -120,7 +131,8 @@ class EditSession {
   std::function<std::span<const ShownAddition>()> shown_additions_;
   std::function<std::span<const state::AddedMaterials>()> added_materials_;
   std::vector<state::AddedMaterials> materials_before_;  // of the scene of the last replace_scene()
-  std::future<std::vector<std::string>> exporting_;      // its messages; last: it blocks the destructor
+  std::optional<RecoveryFile> recovery_;
+  std::future<std::vector<std::string>> exporting_;  // its messages; last: it blocks the destructor
 };
 
 }  // namespace fire3dv::app

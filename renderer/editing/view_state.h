@@ -48,6 +48,7 @@ struct Commands {
   std::optional<std::string> add_asset;        // URI of a glTF file, one of EditFacts::assets
   bool list_assets = false;                    // looks for them again
   std::optional<std::string> remove_addition;  // name of one of EditFacts::refused
+  std::optional<bool> recover;                 // EditFacts::recovered: true applies, false discards them
   // Of the timeline of a replay or of animations, if there is one.
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
@@ -123,6 +124,7 @@ struct EditFacts {
   std::vector<std::string> assets = {};  // glTF files of its folder and of --assets, as URIs
   std::string notice = {};               // shown over the image; empty: none
   std::vector<RefusedAddition> refused = {};
+  std::string recovered = {};  // question about unsaved edits of an earlier run; empty: none
 };
 
 }  // namespace fire3dv::app

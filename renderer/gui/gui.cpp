@@ -204,6 +204,7 @@ const ImDrawData& Gui::frame(const Input& input, const Facts& facts, const Shown
   panels.gizmo.frame(context, panels.image_rect, panels.cursor_px);
   draw_help(context);
   draw_notice(context, panels.image_rect);
+  draw_recovery(context, panels.image_rect);
 
   ImGui::Render();
   panels.wants_mouse = io.WantCaptureMouse || panels.gizmo.takes_mouse();

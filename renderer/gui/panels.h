@@ -201,6 +201,8 @@ void draw_timeline_panel(const Context& context);
 void draw_help(const Context& context);
 // Text of EditFacts::notice at the top of the image.
 void draw_notice(const Context& context, const Rect& image);
+// Question of EditFacts::recovered there, with buttons.
+void draw_recovery(const Context& context, const Rect& image);
 
 // Numbers for display: "1 234 567", "1.2 M", "3.4 GiB".
 std::string grouped(uint64_t number);

@@ -114,6 +114,10 @@ class WindowView {
   // be lost, as the user is told; it is held until they are saved or undone, or the user opens a file again.
   bool may_show_next();
   bool holds_next() const;  // may_show_next() would still refuse
+  // The edits of an interaction that goes on are a step, too.
+  void record_unfinished_edits();
+  // See EditSession; call often, also while no image is drawn.
+  void protect_unsaved_edits() { borrowed_.editor.protect_unsaved(); }
   // Messages to the user since the last call.
   std::vector<std::string> take_log_messages();
 
@@ -151,7 +155,6 @@ class WindowView {
                                const ScreenshotRecorder::Tag& shown, glm::uvec2 size);
   void place_image();
   state::EditTargets edit_targets() const;
-  void record_unfinished_edits();
   void close_or_open(const sinks::WindowInput& input, bool view_has_mouse);
   void apply_requests();
   std::optional<std::string> why_no_paths();

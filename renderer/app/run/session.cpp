@@ -286,6 +286,7 @@ Result<void> Session::apply_overlay() {
   ViewState& view_state = application_.view_state;
   if (moves_robot_) robot_ = find_robot(load_);
   editor_->begin({scene(), poses_->names(), robot()});
+  editor_->offer_recovery(window_ != nullptr);
   live_->set_user_edits(view_state.edits);
   if (robot_) robot_->set(view_state.edits.joints);
   log_messages(editor_->take_log_messages());
@@ -365,7 +366,8 @@ int Session::finish_recording() {
 }
 
 Result<std::unique_ptr<Document>> Session::close(const Result<void>& looped) {
-  log_messages(editor_->finish());
+  if (view_) view_->record_unfinished_edits();
+  log_messages(editor_->end((view_ && view_->should_close()) || loop_->switches_document()));
   if (recording_end_ && recording_end_->run() != 0) application_.exit_code = 1;
   if (const std::optional<Error> fault = load_.finish_caching()) log_cache_error(*fault);
   log_message(count_images(loop_->images(), options_, image_folder_.get()) + "\n" +

@@ -5,6 +5,7 @@ saved overlay file gives the same image without a window, byte for byte; keys un
 import glob
 import json
 import os
+import signal
 
 from glb_edit import add_variants, edit_glb
 from harness import main, wait_until
@@ -13,6 +14,7 @@ from screen import on_a_screen
 
 WINDOW = (1000, 640)
 ACCENT = (0x4a, 0xa3, 0xdf)  # of the theme, in which grabs of sliders are drawn
+WARNING = (0xe6, 0xb4, 0x50)
 
 
 def centre_of(picture, name, columns):
@@ -209,6 +211,62 @@ def unsaved(test, screen):
     check(not os.path.exists(scene + ".overlay.json") and told(2), renderer.stderr_text())
 
 
+def recovery(test, screen):
+    """Edits that were not saved when the program was killed or the terminal closed: the next window asks about them."""
+    scene = test.path("squares.glb")
+    recovered = scene + ".overlay.recovery.json"
+    write_scene(scene, place=0)
+
+    def red(window):
+        return centre_of(screen.picture(window), "red", range(280, 680))
+
+    def hide_red():
+        renderer = test.viewer(scene, env=screen.env, size=WINDOW)
+        window = screen.window(renderer)
+        screen.click(window, *map(round, wait_until("the red square", lambda: red(window))))
+        screen.wait_outline(window, (280, 400))
+        screen.key("h", "Escape")
+        wait_until("no red", lambda: not red(window))
+        return renderer
+
+    renderer = hide_red()
+    wait_until("the recovery file", lambda: os.path.exists(recovered))
+    renderer.kill()
+    os.unlink(recovered)
+    renderer = hide_red()
+    renderer.signal(signal.SIGHUP)
+    renderer.expect_exit(0)
+    check(renderer.find_err(r"warning: 1 unsaved edit stored in .*squares\.glb\.overlay\.recovery\.json"), renderer.stderr_text())
+    drawn, _ = image_of(test, scene)
+    check(drawn.find_err(r"warning: 1 edit of an earlier run was not saved: .*; --overlay .*recovery\.json applies"), drawn.stderr_text())
+
+    renderer = test.viewer(scene, env=screen.env, size=WINDOW)
+    window = screen.window(renderer)
+    renderer.wait_err("apply or discard them in the window")
+    wait_until("the red square", lambda: red(window))
+
+    def question():
+        """Left and lowest pixels of the question's border in the colour of warnings."""
+        rows = screen.picture(window).matches(ranges_about(WARNING, 12), 280, 720)[:200]
+        lines = [y for y, row in enumerate(rows) if row.count(1) > 120]
+        return (280 + rows[lines[-1]].find(1), lines[-1]) if len(lines) > 1 else None
+    def apply():
+        # The question moves while the panels take their places.
+        asked = question()
+        if asked:
+            screen.move(window, asked[0] + 24, asked[1] - 16)
+            screen.press_here()
+            screen.release()
+        return renderer.find_err("1 edit of the earlier run applied")
+    wait_until("the edits to be applied", apply)
+    wait_until("no red", lambda: not red(window))
+    screen.key("ctrl+s")
+    renderer.wait_err(r"1 edit saved to .*squares\.glb\.overlay\.json")
+    wait_until("no recovery file", lambda: not os.path.exists(recovered))
+    screen.x11.close(window)
+    renderer.expect_exit(0)
+
+
 def bad_files(test):
     """A file that is no overlay, or names a wrong member, ends the program with both in the message."""
     for text, fault in (('{"fire3dv_overlay": {"version": 1, "edits": [{"node": "red", "visble": 1}]}}', 'edits\\[0\\].*"visble"'),
@@ -303,5 +361,6 @@ def additions(test):
 
 if __name__ == "__main__":
     main({"gizmo": on_a_screen(gizmo, size=(1280, 800)), "adding": on_a_screen(adding, size=(1280, 800)),
-          "unsaved": on_a_screen(unsaved, size=(1280, 800)), "render_settings": on_a_screen(render_settings),
+          "unsaved": on_a_screen(unsaved, size=(1280, 800)), "recovery": on_a_screen(recovery, size=(1280, 800)),
+          "render_settings": on_a_screen(render_settings),
           "bad_files": bad_files, "variants": variants, "additions": additions}, ["fire3dv"])

@@ -441,6 +441,21 @@ TEST_F(GuiPanels, DrivenJointsHaveNoSlider) {
   EXPECT_EQ(world().view_state.edits.joints.at(1), std::vector<double>{2}) << "the limit, in radians";
 }
 
+TEST_F(GuiPanels, RecoveredEditsAreAppliedOrDiscarded) {
+  for (const auto& [button, applies] :
+       {std::pair("Apply##recovery", true), std::pair("Discard##recovery", false)}) {
+    world().editing.recovered = "3 edits of an earlier run were not saved";
+    world().settle();
+    click_at(center_of(find("Recovery", button, Kind::button)));
+    EXPECT_EQ(world().view_state.commands.recover, applies);
+    world().view_state.commands.recover.reset();
+    world().editing.recovered.clear();
+    world().settle();
+    EXPECT_TRUE(std::ranges::none_of(world().gui.controls(),
+                                     [](const Control& control) { return control.panel == "Recovery"; }));
+  }
+}
+
 TEST_F(GuiPanels, NothingElseReactsToMouse) {
   std::set<std::string> strangers;
   for (float y = 3; y < world().display_px.y; y += 9) {
