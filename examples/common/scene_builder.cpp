@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "examples/common/materials.h"
 #include "examples/common/mesh.h"
@@ -125,15 +127,22 @@ void SceneBuilder::add_camera(const std::string& name, float vertical_fov_rad, V
 
 std::optional<std::string> SceneBuilder::save(const std::string& path, const std::string& example) const {
   const std::vector<std::byte> bytes = writer_.finish(example, "FIRE-3DV " + example + " example");
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  // Complete or nothing: a full disk leaves neither a cut file nor the loss of an earlier one.
+  std::error_code ignored;
+  const bool is_special =
+      std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
+  const std::string part = is_special ? path : path + ".part";
+  std::FILE* file = std::fopen(part.c_str(), "wb");
   if (file == nullptr)
     return "cannot write " + path + ": " + std::strerror(errno) + "; name a file in a folder you own";
   const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
   const int reason = errno;
   const bool closed = std::fclose(file) == 0;
-  if (!written || !closed)
-    return "cannot write all of " + path + ": " + std::strerror(written ? errno : reason);
-  return std::nullopt;
+  const int last_reason = errno;
+  if (written && closed && (is_special || std::rename(part.c_str(), path.c_str()) == 0)) return std::nullopt;
+  const int failure = !written ? reason : !closed ? last_reason : errno;
+  if (!is_special) std::remove(part.c_str());
+  return "cannot write all of " + path + ": " + std::strerror(failure);
 }
 
 }  // namespace examples

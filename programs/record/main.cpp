@@ -9,8 +9,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,12 +21,14 @@
 #include "base/command_line.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "base/process/progress.h"
 #include "base/process/stop_signals.h"
 #include "base/text.h"
 #include "programs/listener_options.h"
 #include "protocol/record/attachments.h"
 #include "protocol/record/damage.h"
+#include "protocol/record/gaps.h"
 #include "protocol/record/log_thread.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"
@@ -225,14 +229,17 @@ std::string unrecorded_text(uint64_t streams) {
          "with --split-s";
 }
 
-// Returns the exit code: 0 if all received messages are in the files.
+// Returns the exit code: 0 if the files lack nothing.
 int report_losses(const record::RecorderStatus& status) {
   if (status.failure)
-    return fail(*status.failure + " (missing: " + counted(status.unwritten, "message") + ")");
+    return fail(*status.failure +
+                (status.unwritten != 0 ? " (missing: " + counted(status.unwritten, "message") + ")" : ""));
+  const std::optional<std::string> gaps = record::describe_gaps(status);
+  const int exit_code = gaps ? fail(*gaps) : 0;
   if (status.unwritten != 0)
     return fail(counted(status.unwritten, "message") +
                 " missing: the disk is too slow for these streams; record to a faster disk");
-  return status.unrecorded_streams != 0 ? fail(unrecorded_text(status.unrecorded_streams)) : 0;
+  return status.unrecorded_streams != 0 ? fail(unrecorded_text(status.unrecorded_streams)) : exit_code;
 }
 
 bool all_ended(const record::RecorderStatus& status) {
@@ -283,12 +290,13 @@ int record_streams(const Options& options) {
       log));
   for (const auto& link : links) fire3dv::print_log_line("fire3dv-record", "listening on " + link->uri());
 
-  const auto share =
-      std::chrono::nanoseconds(std::chrono::milliseconds(20)) / static_cast<int64_t>(links.size());
+  // Of several links none waits long for the others: a ring of shared memory has 8 slots.
+  const auto turn = std::chrono::nanoseconds(std::chrono::milliseconds(links.size() == 1 ? 20 : 4));
+  const auto share = turn / static_cast<int64_t>(links.size());
   const bool shows = ::isatty(STDERR_FILENO) != 0;
   const int64_t begun_ns = fire3dv::monotonic_ns();
   int64_t next_print_ns = begun_ns;
-  bool unrecorded_reported = false;
+  bool unrecorded_reported = false, name_reported = false;
   for (int64_t now_ns = begun_ns; !stop_requested; now_ns = fire3dv::monotonic_ns()) {
     if (options.seconds > 0 && static_cast<double>(now_ns - begun_ns) > options.seconds * 1e9) break;
     for (uint32_t i = 0; i < links.size(); ++i) {
@@ -301,6 +309,8 @@ int record_streams(const Options& options) {
     if (shows) print_progress(status, "\r");
     if (status.unrecorded_streams != 0 && !std::exchange(unrecorded_reported, true))
       (void)fail(unrecorded_text(status.unrecorded_streams));
+    if (status.name_fault && !status.failure && !std::exchange(name_reported, true))
+      fire3dv::print_log_line("fire3dv-record", fire3dv::warning(*status.name_fault));
     if (status.failure || (options.until_end && all_ended(status))) break;
   }
   recorder.finish();
@@ -337,5 +347,9 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
   install_stop_signals(SecondStop::ignored);  // the file is finished in any case
-  return recover->parsed() ? record::recover_file(options.recover) : record_streams(options);
+  try {
+    return recover->parsed() ? record::recover_file(options.recover) : record_streams(options);
+  } catch (const std::exception& failure) {
+    return fail(describe_failure(failure));
+  }
 }

@@ -237,6 +237,7 @@ Result<Recovered> Recovery::run() {
   if (auto good = copy_attachments(); !good) return good.error();
   if (auto good = copy_metadata(); !good) return good.error();
   if (auto good = copy_messages(); !good) return good.error();
+  if (result_.messages == 0 && result_.attachments == 0) return std::move(result_);  // no file of nothing
   if (auto good = writer_.finish(); !good) return good.error();
   return std::move(result_);
 }

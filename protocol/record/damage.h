@@ -32,7 +32,8 @@ struct Recovered {
 };
 
 // Writes a valid file with every message of every intact chunk of a truncated or damaged recording.
-// on_chunk: receives the chunk of each message and the number of chunks.
+// Without any message or attachment the sink is not finished: an atomic one leaves no file. on_chunk:
+// receives the chunk of each message and the number of chunks.
 Result<Recovered> recover(Reader& reader, std::unique_ptr<Sink> sink, const WriterOptions& options = {},
                           const std::function<void(size_t chunk, size_t chunks)>& on_chunk = {});
 

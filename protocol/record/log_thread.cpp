@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "base/clock.h"
+#include "base/process/failure.h"
+#include "base/process/start_thread.h"
 
 namespace fire3dv::record {
 namespace {
@@ -19,7 +22,7 @@ LogThread::LogThread(StreamLog log, uint64_t max_queued_bytes)
       unix_at_start_ns_(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1)),
       max_queued_bytes_(max_queued_bytes),
       log_(std::move(log)),
-      thread_([this] { run(); }) {}
+      thread_(start_thread("recording", [this] { run(); })) {}
 
 LogThread::~LogThread() {
   finish();
@@ -36,6 +39,7 @@ void LogThread::push(Incoming incoming, bool may_drop) {
   bool first = false;
   {
     const std::lock_guard lock(mutex_);
+    if (over_) return;
     if (status_.failure) {
       ++dropped_;
       return;
@@ -69,6 +73,18 @@ uint64_t LogThread::messages_in(const std::deque<Incoming>& queue) {
 }
 
 void LogThread::run() {
+  try {
+    write_until_over();
+  } catch (const std::exception& failure) {
+    const std::lock_guard lock(mutex_);
+    status_.failure = "the recording ended: " + describe_failure(failure);
+    dropped_ += messages_in(queue_);
+    queue_.clear();
+    trouble_ = true;
+  }
+}
+
+void LogThread::write_until_over() {
   std::deque<Incoming> batch;
   for (bool over = false; !over;) {
     {
@@ -107,7 +123,9 @@ void LogThread::run() {
                      log_.unrecorded_streams(),
                      log_.lost_messages(),
                      {},
-                     log_.unconverted_markers()};
+                     log_.unconverted_markers(),
+                     log_.reclaimed_missing(),
+                     log_.name_fault()};
     if (!good) status.failure = good.error().message;
     const std::lock_guard lock(mutex_);
     dropped_ += lost;
@@ -115,7 +133,8 @@ void LogThread::run() {
       dropped_ += messages_in(queue_);
       queue_.clear();
     }
-    if (status.failure || status.unwritten != 0 || status.unrecorded_streams != 0) trouble_ = true;
+    if (status.failure || status.unwritten != 0 || status.unrecorded_streams != 0 || status.name_fault)
+      trouble_ = true;
     status_ = std::move(status);
   }
 }
@@ -138,7 +157,7 @@ void LogThread::finish() {
 
 LogLosses LogThread::losses() const {
   const std::lock_guard lock(mutex_);
-  return {status_.unwritten + dropped_, status_.unrecorded_streams, status_.failure};
+  return {status_.unwritten + dropped_, status_.unrecorded_streams, status_.failure, status_.name_fault};
 }
 
 LogStatus LogThread::status() const {

@@ -26,13 +26,15 @@ struct LogStatus {
   uint64_t unrecorded_streams = 0;
   uint64_t unwritten = 0;  // messages dropped because the disk was too slow or failed
   std::optional<std::string> failure;
-  uint64_t unconverted_markers = 0;  // missing in Foxglove's channels
+  uint64_t unconverted_markers = 0;       // missing in Foxglove's channels
+  uint64_t reclaimed_missing = 0;         // frames that reclaimed streams lack
+  std::optional<std::string> name_fault;  // see StreamLog::name_fault()
 };
 
 // Losses of a recording, without the per-stream counts.
 struct LogLosses {
   uint64_t unwritten = 0, unrecorded_streams = 0;
-  std::optional<std::string> failure;
+  std::optional<std::string> failure, name_fault;
 };
 
 class LogThread {
@@ -42,7 +44,7 @@ class LogThread {
   explicit LogThread(StreamLog log, uint64_t max_queued_bytes = uint64_t{256} << 20);
   ~LogThread();
 
-  // at_ns: arrival time on the monotonic clock.
+  // at_ns: arrival time on the monotonic clock. Any thread. Without effect after finish().
   void take(uint64_t peer, std::span<const std::byte> message, int64_t at_ns, bool is_pose);
   void end_peer(uint64_t peer, int64_t at_ns);
   // Writes the queue, finishes the file, and flushes it to the disk.
@@ -65,6 +67,7 @@ class LogThread {
   void push(Incoming incoming, bool may_drop);
   uint64_t unix_ns(int64_t at_ns) const;
   void run();
+  void write_until_over();
   void give_back(uint64_t bytes);
 
   const int64_t monotonic_at_start_ns_, unix_at_start_ns_;

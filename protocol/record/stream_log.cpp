@@ -10,6 +10,7 @@ constexpr size_t kMaxStreams = 1024;  // live streams, and ended streams that ar
 // until their channels take a quarter of it.
 constexpr uint64_t kMaxChannelBytes = uint64_t{4} << 20;
 constexpr uint64_t kEditOverhead = 256;
+constexpr uint64_t kCheckNameEveryNs = 1'000'000'000;
 // A snapshot is repeated after this multiple of all snapshots' bytes has been written since. Snapshots
 // therefore take at most a ninth of the file.
 constexpr uint64_t kSnapshotShare = 8;
@@ -116,7 +117,9 @@ std::optional<size_t> StreamLog::free_slot() {
   drop_state(stream);
   std::erase_if(stream_of_peer_, [&](const auto& entry) { return entry.second == *oldest; });
   ++reclaimed_streams_;
-  reclaimed_.frames += written(stream.seen, stream.lost).frames;
+  const StreamSeen in_files = written(stream.seen, stream.lost);
+  reclaimed_.frames += in_files.frames;
+  reclaimed_missing_ += in_files.missing + in_files.incomplete;
   reclaimed_in_chunk_ += stream.in_chunk;
   reclaimed_unconverted_ += stream.foxglove.markers.left_out();
   return oldest;
@@ -309,6 +312,7 @@ void StreamLog::end_peer(uint64_t peer) {
 
 Result<void> StreamLog::tick(uint64_t now_ns) {
   if (!writer_) return {};
+  check_name(now_ns);
   Result<void> good;
   const bool is_flushed = writer_->chunk_is_empty() && writer_->file_bytes() == flushed_bytes_;
   if (is_flushed) {
@@ -322,6 +326,12 @@ Result<void> StreamLog::tick(uint64_t now_ns) {
   }
   account_closed_chunk();
   return good;
+}
+
+void StreamLog::check_name(uint64_t now_ns) {
+  if (name_fault_ || now_ns < name_checked_ns_ + kCheckNameEveryNs) return;
+  name_checked_ns_ = now_ns;
+  if (const Result<void> named = writer_->check_name(); !named) name_fault_ = named.error().message;
 }
 
 // Called after any operation that may have ended a chunk. Its messages are then in the file or lost.

@@ -88,6 +88,10 @@ class StreamLog {
   // Ended streams whose slots newer streams reuse. They are in the files, but not in streams().
   uint64_t reclaimed_streams() const { return reclaimed_streams_; }
   uint64_t reclaimed_frames() const { return reclaimed_.frames; }
+  uint64_t reclaimed_missing() const { return reclaimed_missing_; }  // missing or incomplete frames of them
+  // First file that was removed, moved or replaced while it was written, in one sentence. Checked every
+  // second; finish() fails for it, too.
+  const std::optional<std::string>& name_fault() const { return name_fault_; }
   // Values of markers that are missing in Foxglove's channels: images, too long, or too many.
   uint64_t unconverted_markers() const;
 
@@ -122,6 +126,7 @@ class StreamLog {
   bool can_add_channels(const std::string& name);
   void refuse_stream(uint64_t peer);
   void account_closed_chunk();
+  void check_name(uint64_t now_ns);
   Result<void> prepare_write(Stream& stream, bool describes);
   Result<void> take_description(uint64_t peer, const wire::StreamDescription& description,
                                 std::span<const std::byte> message);
@@ -168,7 +173,9 @@ class StreamLog {
   uint64_t unrecorded_streams_ = 0;
   uint64_t reclaimed_streams_ = 0;
   MessageCounts reclaimed_, reclaimed_in_chunk_;
-  uint64_t reclaimed_unconverted_ = 0;
+  uint64_t reclaimed_unconverted_ = 0, reclaimed_missing_ = 0;
+  std::optional<std::string> name_fault_;
+  uint64_t name_checked_ns_ = 0;
   uint64_t flushed_ns_ = 0;
   uint64_t flushed_bytes_ = 0;  // in the current file
   uint64_t refused_ = 0, dropped_edits_ = 0, lost_messages_ = 0;

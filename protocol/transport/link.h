@@ -139,7 +139,10 @@ struct LinkEvent {
   std::span<const std::byte> message;  // pose, control; valid during the callback only
   std::string_view text;               // disconnected: reason; note: one-time message to the user
   int64_t received_ns = 0;             // pose, control: monotonic time of arrival; 0: now
+  uint64_t overtaken = 0;  // pose: older poses of the peer that it replaced before they were delivered
 };
+// Observer of arrivals, see ListenerOptions::on_arrival.
+using OnArrival = std::function<void(const LinkEvent&)>;
 
 enum class Delivery {
   newest,  // between two polls, at most the newest whole frame of each peer
@@ -181,6 +184,10 @@ class ListenerLink {
   // Pauses a peer: poll() leaves its messages in the link, which applies its limits (stops reading, or drops
   // older poses). For receivers with a backlog from an earlier poll().
   virtual void pause_peer(PeerId, bool /*is_paused*/) {}
+
+  // Ends ListenerOptions::on_arrival after all messages that have arrived until now. For the end of a
+  // recording.
+  virtual void end_arrivals() {}
 
   virtual LinkStats stats() const = 0;
 

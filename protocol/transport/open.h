@@ -40,6 +40,10 @@ struct ListenerOptions {
   std::shared_ptr<BudgetPool> budgets;
   TlsListenerOptions tls;
   std::string key_file;  // udp: same key as the publishers
+  // Called with each pose and control message, and with the end of each peer, when it arrives: independent of
+  // polls, of `delivery` and of paused peers. Called on a thread of the link, of several links at the same
+  // time. Peers have other numbers than in poll(). Must not block. For recordings.
+  OnArrival on_arrival;
 };
 
 // Checks the form of an address of a link, without opening it.

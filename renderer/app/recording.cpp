@@ -13,6 +13,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "protocol/record/gaps.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {
@@ -39,7 +40,7 @@ Result<std::unique_ptr<Recording>> Recording::open(const RecordingOptions& optio
   if (!sink) return Error{"--record: " + sink.error().message};
   auto only_sink = std::make_shared<std::unique_ptr<record::Sink>>(std::move(*sink));
   std::unique_ptr<Recording> recording(new Recording(
-      wire::printable(options.record, 4096),
+      wire::printable(options.record, 4096), options.record,
       record::StreamLog(
           [only_sink](uint32_t) -> Result<std::unique_ptr<record::Sink>> { return std::move(*only_sink); },
           [attached](record::Writer& writer, uint64_t now_ns) {
@@ -68,6 +69,8 @@ std::vector<std::string> Recording::take_log_messages() {
     notes_.push_back(
         warning("a stream is not recorded in " + path_ +
                 ": too many are live, or were in this file; record with fire3dv-record --split-s"));
+  if (!losses.failure && losses.name_fault && !std::exchange(is_name_fault_reported_, true))
+    notes_.push_back(warning("--record: " + *losses.name_fault));
   if (!losses.failure && losses.unwritten != 0 && !std::exchange(is_loss_reported_, true))
     notes_.push_back(warning("the disk is too slow for " + path_ + ": messages are dropped"));
   return std::exchange(notes_, {});
@@ -89,10 +92,29 @@ std::string Recording::finish() {
   return text;
 }
 
-std::optional<Error> Recording::failure() const {
-  const record::LogLosses losses = log_.losses();
-  if (!losses.failure) return {};
-  return Error{"the recording is incomplete: " + *losses.failure};
+std::vector<Error> Recording::shortfalls() const {
+  const record::LogStatus status = log_.status();
+  std::vector<Error> faults;
+  const auto add = [&](const std::string& what) {
+    faults.push_back(Error{"the recording is incomplete: " + what});
+  };
+  if (status.failure) {
+    add(*status.failure);
+    return faults;  // it explains the rest
+  }
+  if (status.unwritten != 0)
+    add(counted(status.unwritten, "message") + " missing: the disk is too slow for " + path_ +
+        "; record to a faster disk");
+  if (status.unrecorded_streams != 0)
+    add(counted(status.unrecorded_streams, "stream") + " not recorded in " + path_ +
+        ": too many were live, or in this file; record with fire3dv-record --split-s");
+  if (const auto gaps = record::describe_gaps(status)) add(path_ + ": " + *gaps);
+  return faults;
+}
+
+void Recording::discard() {
+  log_.finish();
+  ::unlink(file_.c_str());
 }
 
 Result<std::unique_ptr<RecordedScene>> RecordedScene::extract(record::Reader& reader) {

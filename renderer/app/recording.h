@@ -25,20 +25,25 @@ class Recording {
   static Result<std::unique_ptr<Recording>> open(const RecordingOptions& options,
                                                  const record::AttachedFile& scene);
 
-  // Records an event of the listener with this index. Never blocks.
+  // Records an event of the listener with this index. Never blocks. Any thread.
   void take(size_t listener, const transport::LinkEvent& event);
   // Messages to the user since the last call.
   std::vector<std::string> take_log_messages();
   // Writes the queue. Returns a summary sentence with the counts of the file.
   std::string finish();
-  // Write failure that ended the recording, if any. Call after finish().
-  std::optional<Error> failure() const;
+  // What the recording lacks, with reasons. Call after finish().
+  std::vector<Error> shortfalls() const;
+  // Ends the recording without a file: no listener was opened.
+  void discard();
 
  private:
-  Recording(std::string path, record::StreamLog log) : path_(std::move(path)), log_(std::move(log)) {}
+  Recording(std::string path, std::string file, record::StreamLog log)
+      : path_(std::move(path)), file_(std::move(file)), log_(std::move(log)) {}
 
-  std::string path_;
+  std::string path_;  // for messages
+  std::string file_;
   std::vector<std::string> notes_;
+  bool is_name_fault_reported_ = false;
   bool is_failure_reported_ = false, is_loss_reported_ = false, is_unrecorded_reported_ = false;
   record::LogThread log_;
 };

@@ -109,7 +109,7 @@ void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_req
     numbers.refused = stream.frames_refused;
     numbers.baseless = stream.frames_without_base;
     numbers.held = stream.frames_queued;
-    numbers.overtaken = stream.frames_superseded;
+    numbers.overtaken = stream.frames_superseded + report.overtaken;
     numbers.edits_received = stream.edits_received;
     numbers.edits_stale = stream.edits_stale;
     numbers.edits_refused = stream.edits_refused;

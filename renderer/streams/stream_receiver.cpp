@@ -300,7 +300,7 @@ std::vector<StreamReceiver::Report> StreamReceiver::report() const {
   for (const auto& [peer, stream] : stream_of_peer_) {
     const auto state = peers_.find(peer);
     streams.push_back({stream.id, listeners_[peer.first]->uri(), stream.clock.source(),
-                       state == peers_.end() ? nullptr : state->second.budget});
+                       state == peers_.end() ? nullptr : state->second.budget, stream.overtaken});
   }
   return streams;
 }

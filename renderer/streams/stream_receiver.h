@@ -47,6 +47,10 @@ class StreamReceiver final : public ImageReplies {
   // Called for every event on arrival. Listeners are numbered in the order of add().
   using Watcher = std::function<void(size_t listener, const transport::LinkEvent& event)>;
   void watch(Watcher watcher) { watcher_ = std::move(watcher); }
+  // See ListenerLink::end_arrivals().
+  void end_arrivals() {
+    for (const auto& listener : listeners_) listener->end_arrivals();
+  }
 
   // Clock of time slices, grace times and rates, in ns; default: monotonic clock. For tests.
   using Clock = std::function<int64_t()>;
@@ -110,6 +114,7 @@ class StreamReceiver final : public ImageReplies {
     std::string listener;  // URI of its listener
     state::ClockOffset::Source clock{};
     std::shared_ptr<const PeerBudget> budget;  // budget of its peer; null before the first charge
+    uint64_t overtaken = 0;  // pose messages that newer ones replaced before they were handled
   };
   std::vector<Report> report() const;
   // Publish time on the local clock; nothing if the publisher's clock offset is unknown.
@@ -194,6 +199,7 @@ class StreamReceiver final : public ImageReplies {
     int64_t next_ping_ns = 0;
     bool reported_lost = false;
     FrameLossMonitor losses;
+    uint64_t overtaken = 0;  // see Report
     state::RequesterId requester = 0;
     BudgetCharge description_bytes, names;
   };
@@ -205,7 +211,8 @@ class StreamReceiver final : public ImageReplies {
   void store(Peer peer, PeerState& state, const transport::LinkEvent& event);
   void put_back(Peer peer, const transport::LinkEvent& event);
   static void release(PeerState& state, size_t bytes);
-  static void drop_deferred_poses(PeerState& state);
+  void drop_deferred_poses(Peer peer, PeerState& state);
+  void count_overtaken(Peer peer, uint64_t poses);
   bool is_whole_frame(std::span<const std::byte> message);
   bool is_ready(const PeerState& state) const {
     return !state.deferred.empty() && !state.conflict && (lockstep_ || now_ns_ >= state.throttled_until_ns);

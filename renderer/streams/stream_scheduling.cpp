@@ -33,9 +33,15 @@ bool StreamReceiver::receive(Peer peer, const transport::LinkEvent& event) {
   }
   if (event.kind == Kind::pose || event.kind == Kind::control)
     state.last_message_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
+  if (event.overtaken != 0) count_overtaken(peer, event.overtaken);
   if (!lockstep_ && state.deferred.empty() && has_time(state)) return handle_timed(peer, state, event);
   store(peer, state, event);
   return false;
+}
+
+void StreamReceiver::count_overtaken(Peer peer, uint64_t poses) {
+  const auto stream = stream_of_peer_.find(peer);
+  if (stream != stream_of_peer_.end()) stream->second.overtaken += poses;
 }
 
 bool StreamReceiver::has_time(PeerState& state) {
@@ -138,7 +144,8 @@ void StreamReceiver::store(Peer peer, PeerState& state, const transport::LinkEve
     state.deferred.clear();
     state.charge.release();
   }
-  if (event.kind == Kind::pose && !lockstep_ && is_whole_frame(event.message)) drop_deferred_poses(state);
+  if (event.kind == Kind::pose && !lockstep_ && is_whole_frame(event.message))
+    drop_deferred_poses(peer, state);
   DeferredMessage deferred{++last_number_,
                            event.kind,
                            {event.message.begin(), event.message.end()},
@@ -180,7 +187,8 @@ void StreamReceiver::release(PeerState& state, size_t bytes) {
 }
 
 // A whole frame replaces all deferred poses of its peer, as in the links.
-void StreamReceiver::drop_deferred_poses(PeerState& state) {
+void StreamReceiver::drop_deferred_poses(Peer peer, PeerState& state) {
+  uint64_t dropped = 0;
   for (const uint64_t number : state.deferred_poses) {
     const auto deferred =
         std::lower_bound(state.deferred.begin(), state.deferred.end(), number,
@@ -189,8 +197,10 @@ void StreamReceiver::drop_deferred_poses(PeerState& state) {
     const size_t before = deferred->bytes();
     deferred->message = {};
     deferred->is_dropped = true;
+    ++dropped;
     release(state, before - deferred->bytes());
   }
+  count_overtaken(peer, dropped);
   state.deferred_poses.clear();
   while (!state.deferred.empty() && state.deferred.back().is_dropped) {
     release(state, state.deferred.back().bytes());

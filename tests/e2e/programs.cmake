@@ -64,6 +64,8 @@ if(TARGET fire3dv)
   fire3dv_e2e_test(contact_sheet SCRIPT contact_sheet_test.py PROGRAMS fire3dv-contact-sheet)
   fire3dv_e2e_test(outputs SCRIPT outputs_test.py PROGRAMS fire3dv)
   fire3dv_e2e_test(replay_drawn SCRIPT record/replay_drawn_test.py PROGRAMS fire3dv e2e_publisher)
+  fire3dv_e2e_test(whole_recording SCRIPT record/whole_recording_test.py
+                   PROGRAMS fire3dv fire3dv-record fire3dv-inspect e2e_record_source)
   fire3dv_e2e_test(stop_signals SCRIPT record/stop_signals_test.py PROGRAMS fire3dv fire3dv-record e2e_publisher)
   fire3dv_e2e_test(window SCRIPT window/window_test.py PROGRAMS fire3dv e2e_publisher)
   fire3dv_e2e_test(picking SCRIPT window/picking_test.py PROGRAMS fire3dv)

@@ -104,7 +104,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Progress progress;
     Reader reader(std::move(*found), delivery, delivery == Delivery::all ? &progress : nullptr, counters);
     size_t messages = 0;
-    (void)reader.drain(progress, [&](LinkEvent::Kind, std::span<const std::byte> message) {
+    (void)reader.drain(progress, [&](LinkEvent::Kind, std::span<const std::byte> message, uint64_t) {
       FIRE3DV_ASSERT(message.size() <= victim.segment.geometry.segment_bytes);
       FIRE3DV_ASSERT(++messages <= 4096);
     });

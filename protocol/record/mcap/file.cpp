@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/files.h"
+#include "base/named_file.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
@@ -79,7 +80,11 @@ class FileSink final : public Sink {
     return {};
   }
   Result<void> flush() override { return flush(base::Flush::data); }
-  Result<void> finish() override { return flush(base::Flush::data_and_metadata); }
+  Result<void> finish() override {
+    const Result<void> flushed = flush(base::Flush::data_and_metadata);
+    return flushed ? check_name() : flushed;
+  }
+  Result<void> check_name() const override { return base::check_name_of(fd_.get(), path_); }
 
  private:
   // The first flush includes the folder entry: without the name the contents would be lost.

@@ -31,6 +31,8 @@ class Sink {
   virtual Result<void> flush() { return {}; }
   // Flushes the complete file. append() is invalid afterwards.
   virtual Result<void> finish() { return flush(); }
+  // Fails if the file lost its name meanwhile: it was removed, moved or replaced. finish() checks it, too.
+  virtual Result<void> check_name() const { return {}; }
   virtual const std::string& name() const = 0;
 };
 

@@ -46,6 +46,9 @@ class Writer {
   // did not.
   Result<void> finish();
 
+  // See Sink::check_name().
+  Result<void> check_name() const { return sink_->check_name(); }
+
   bool chunk_is_empty() const { return chunk_.empty(); }
   size_t chunk_bytes() const { return chunk_.size(); }
   uint64_t file_bytes() const { return position_; }  // without the open chunk

@@ -129,6 +129,7 @@ void Inbox::connected(PeerId peer, std::shared_ptr<PeerBudget> budget) {
 }
 
 void Inbox::disconnected(PeerId peer, std::string reason) {
+  observe(Kind::disconnected, peer, {});
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
   if (entry == nullptr) return;
@@ -148,6 +149,7 @@ Inbox::Poses Inbox::take_poses_before(Entry& entry, Poses::iterator end) {
       events.bytes -= cost_of(item.message.size());
       entry.in_use -= cost_of(item.message.size());
       events.partials -= item.is_partial;
+      ++events.overtaken;
       counters_.poses_dropped.add();
     }
     taken.insert(taken.end(), std::move(node));
@@ -156,6 +158,7 @@ Inbox::Poses Inbox::take_poses_before(Entry& entry, Poses::iterator end) {
 }
 
 void Inbox::pose(PeerId peer, std::vector<std::byte>&& message, bool replaces_older) {
+  observe_pose(peer, message);
   Poses dropped;
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
@@ -177,6 +180,7 @@ void Inbox::drop_parts_before(PeerId peer, uint64_t frame) {
 }
 
 void Inbox::partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t frame) {
+  observe_pose(peer, message);
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
   if (entry == nullptr) return;
@@ -185,6 +189,7 @@ void Inbox::partial_pose(PeerId peer, std::vector<std::byte>&& message, uint64_t
 }
 
 std::optional<Cause> Inbox::state(PeerId peer, std::vector<std::byte>&& message) {
+  observe(Kind::control, peer, message);
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
   if (entry == nullptr) return {};
@@ -203,6 +208,7 @@ bool Inbox::is_full_of_states(PeerId peer) const {
 }
 
 std::optional<Cause> Inbox::control(PeerId peer, std::vector<std::byte>&& message) {
+  observe(Kind::control, peer, message);
   const std::lock_guard lock(mutex_);
   Entry* const entry = find(peer);
   if (entry == nullptr) return {};
@@ -332,7 +338,8 @@ void Inbox::deliver(Batch& batch, const std::function<void(const LinkEvent&)>& o
   if (batch.events.poses.size() > 1) std::sort(poses.begin(), poses.end(), is_earlier);
   const auto deliver_one = [&](const Item& item) {
     if (item.kind == Kind::pose || item.kind == Kind::control) counters_.messages_received.add();
-    on_event({item.kind, batch.peer, item.message, item.text, item.received_ns});
+    const uint64_t overtaken = item.kind == Kind::pose ? std::exchange(batch.events.overtaken, 0) : 0;
+    on_event({item.kind, batch.peer, item.message, item.text, item.received_ns, overtaken});
   };
   auto pose = poses.begin();
   for (const Item& other : batch.events.others) {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,7 +59,8 @@ class NoteLimiter {
 class Inbox {
  public:
   // `name` prefixes each note: the URI of the listener.
-  Inbox(LinkCounters& counters, std::string name) : counters_(counters), name_(std::move(name)) {}
+  Inbox(LinkCounters& counters, std::string name, OnArrival on_arrival = {})
+      : counters_(counters), name_(std::move(name)), on_arrival_(std::move(on_arrival)) {}
 
   // --- the listener's thread
   // Charges the peer's messages to `budget` as Resource::received_bytes until they are polled.
@@ -87,6 +89,10 @@ class Inbox {
   // Number of connected peers, and of disconnected peers whose end is not polled yet.
   size_t entries() const;
   bool is_accepted(PeerId peer) const;
+  // Passes a pose message to the observer of arrivals. pose() and partial_pose() do so by themselves.
+  void observe_pose(PeerId peer, std::span<const std::byte> message) const {
+    observe(LinkEvent::Kind::pose, peer, message);
+  }
   // wakes: wakes the polling thread. An incomplete frame cannot be shown, and a wake-up per part would delay
   // the others.
   void pose_part(PeerId peer, std::vector<std::byte>&& message, uint64_t frame, bool wakes);
@@ -124,6 +130,7 @@ class Inbox {
     size_t states = 0;
     size_t state_bytes = 0;
     size_t partials = 0;
+    uint64_t overtaken = 0;  // poses that newer ones replaced
     bool is_empty() const { return others.empty() && poses.empty(); }
   };
   struct Entry {
@@ -147,6 +154,9 @@ class Inbox {
   };
   class Polled;
 
+  void observe(LinkEvent::Kind kind, PeerId peer, std::span<const std::byte> message) const {
+    if (on_arrival_) on_arrival_({kind, peer, message, {}, monotonic_ns()});
+  }
   Entry* find(PeerId peer);
   const Entry* find(PeerId peer) const;
   void push_event(Entry& entry, Item&& item);
@@ -159,6 +169,7 @@ class Inbox {
 
   LinkCounters& counters_;
   const std::string name_;
+  const OnArrival on_arrival_;
   mutable std::mutex mutex_;
   std::condition_variable arrived_;
   bool has_events_ = false;

@@ -84,7 +84,7 @@ class NetworkListener : public ListenerLink {
       : uri_(std::move(uri)),
         options_(std::move(options)),
         pool_(options_.budgets ? options_.budgets : BudgetPool::create()),
-        inbox_(counters_, uri_) {}
+        inbox_(counters_, uri_, options_.on_arrival) {}
 
   // True if the peer limit is reached. Disconnected peers count until their end is polled; otherwise a caller
   // that does not poll would accumulate them.

@@ -1,12 +1,17 @@
 #include "protocol/transport/core/link_factories.h"
 
+#include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <exception>
 #include <optional>
 
 #include "base/clock.h"
 #include "protocol/transport/core/link_counters.h"
+#include "protocol/transport/core/link_thread.h"
 #include "protocol/transport/shm/shm_cleanup.h"
 #include "protocol/transport/shm/shm_reader.h"
 
@@ -16,9 +21,16 @@ namespace {
 // Segments of one poll: sizes double, so that an honest chain is shorter.
 constexpr int kMaxSuccessors = 32;
 constexpr int64_t kLookEveryNs = 20 * kMillisecondNs;
+constexpr int64_t kObserverLooksEveryNs = 2 * kMillisecondNs;  // a short stream is recorded whole
 constexpr int64_t kSpinNs = 20'000;
 constexpr int64_t kShortestSleepNs = 50'000;
 constexpr int64_t kLongestSleepNs = 200'000;
+constexpr int64_t kLongestObserverSleepNs = 500'000;  // a ring has 8 slots: enough for 4 kHz
+
+bool is_of_another_user(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && info.st_uid != ::geteuid();
+}
 
 void sleep_ns(int64_t ns) {
   const timespec time{ns / kSecondNs, ns % kSecondNs};
@@ -27,9 +39,18 @@ void sleep_ns(int64_t ns) {
 
 class ShmListener final : public ListenerLink {
  public:
-  ShmListener(std::string name, Delivery delivery) : name_(std::move(name)), delivery_(delivery) {}
+  enum class Role { renderer, observer };  // an observer never replies: publishers do not count it
+  ShmListener(std::string name, Delivery delivery, Role role = Role::renderer)
+      : name_(std::move(name)), delivery_(delivery), role_(role) {}
   // A renderer often ends because its simulator was killed.
-  ~ShmListener() override { remove_dead_segment(segment_path(name_)); }
+  ~ShmListener() override {
+    observer_thread_.stop();
+    remove_dead_segment(segment_path(name_));
+  }
+
+  // See ListenerOptions::on_arrival. A ring holds few frames, and poll() may be late: an observer reads it on
+  // its own thread.
+  Result<void> observe(OnArrival on_arrival);
 
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
   void wait(std::chrono::nanoseconds timeout) override;
@@ -42,6 +63,7 @@ class ShmListener final : public ListenerLink {
   void pause_peer(PeerId peer, bool is_paused) override {
     if (peer == peer_) is_paused_ = is_paused;
   }
+  void end_arrivals() override { observer_thread_.stop(); }
   LinkStats stats() const override { return counters_.snapshot(); }
   std::string uri() const override { return "shm://" + name_; }
 
@@ -53,10 +75,13 @@ class ShmListener final : public ListenerLink {
   void end_peer(const std::string& reason, const OnEvent& on_event);
   void note(const std::string& text, const OnEvent& on_event);
   // Reason to stop reading this segment; nothing while it is in use.
-  std::optional<Reader::End> end_of_segment();
+  std::optional<Reader::End> end_of_segment(const OnEvent& on_event);
 
   std::string name_;
   Delivery delivery_;
+  Role role_;
+  std::unique_ptr<ShmListener> observer_;
+  LinkThread observer_thread_;
   std::unique_ptr<Reader> reader_;
   PeerId peer_ = 0;         // survives the replacement of a segment by its own publisher
   bool is_paused_ = false;  // state of peer_
@@ -89,7 +114,7 @@ void ShmListener::look(const OnEvent& on_event) {
   auto found = find_segment(name_, seen);
   if (!found) {
     if (seen != noted_file_ || found.error().message != noted_text_) {
-      counters_.reject(Cause::malformed);
+      counters_.reject(is_of_another_user(segment_path(name_)) ? Cause::system : Cause::malformed);
       noted_file_ = seen;
       noted_text_ = found.error().message;
       note(noted_text_, on_event);
@@ -105,8 +130,8 @@ void ShmListener::attach(Found found, const OnEvent& on_event) {
   const uint64_t publisher_id = found.segment.geometry.publisher_id;
   const bool same_publisher = peer_ != 0 && publisher_id == publisher_id_;
   if (!same_publisher) end_peer("another publisher took over", on_event);
-  reader_ =
-      std::make_unique<Reader>(std::move(found), delivery_, same_publisher ? &progress_ : nullptr, counters_);
+  reader_ = std::make_unique<Reader>(std::move(found), delivery_, same_publisher ? &progress_ : nullptr,
+                                     counters_, role_ == Role::renderer);
   noted_file_ = {};
   noted_text_.clear();
   if (!same_publisher) {
@@ -115,18 +140,25 @@ void ShmListener::attach(Found found, const OnEvent& on_event) {
     counters_.peers.set(1);
     on_event({LinkEvent::Kind::connected, peer_, {}, {}, 0});
   }
-  if (!reader_->can_reply())
+  if (role_ == Role::renderer && !reader_->can_reply())
     note(uri() + ": all " + std::to_string(kReaderCount) +
              " reader slots are taken; poses come, but the simulator hears no reply from this reader",
          on_event);
 }
 
-std::optional<Reader::End> ShmListener::end_of_segment() {
+std::optional<Reader::End> ShmListener::end_of_segment(const OnEvent& on_event) {
   if (auto end = reader_->end_by_state()) return end;
   const int64_t now = monotonic_ns();
   if (now < next_look_ns_) return {};
   next_look_ns_ = now + kLookEveryNs;
-  return reader_->end_by_file(segment_path(name_));
+  const bool knew = reader_->has_lost_name();
+  const std::optional<Reader::End> end = reader_->end_by_file(segment_path(name_));
+  if (reader_->has_lost_name() && !knew)
+    note(uri() +
+             ": its file was removed from /dev/shm, by rm or at a logout (RemoveIPC=yes of logind.conf); the "
+             "simulator makes a new one, or must be restarted if it is of an older version",
+         on_event);
+  return end;
 }
 
 void ShmListener::poll(const OnEvent& on_event) {
@@ -137,7 +169,7 @@ void ShmListener::poll(const OnEvent& on_event) {
     if (!reader_) {
       const int64_t now = monotonic_ns();
       if (round == 0 && now < next_look_ns_) return;
-      next_look_ns_ = now + kLookEveryNs;
+      next_look_ns_ = now + (role_ == Role::renderer ? kLookEveryNs : kObserverLooksEveryNs);
       look(on_event);
       if (!reader_) {
         end_peer("the publisher is gone", on_event);
@@ -145,9 +177,10 @@ void ShmListener::poll(const OnEvent& on_event) {
       }
     }
     // Checked before reading the rings, so that messages published before the end are not lost.
-    const std::optional<Reader::End> end = end_of_segment();
-    const auto on_message = [&](LinkEvent::Kind kind, std::span<const std::byte> message) {
-      on_event({kind, peer_, message, {}, 0});
+    const std::optional<Reader::End> end = end_of_segment(on_event);
+    const auto on_message = [&](LinkEvent::Kind kind, std::span<const std::byte> message,
+                                uint64_t overtaken) {
+      on_event({kind, peer_, message, {}, 0, overtaken});
     };
     const bool sound = reader_->drain(progress_, on_message);
     if (!sound) {
@@ -173,13 +206,32 @@ void ShmListener::wait(std::chrono::nanoseconds timeout) {
   const int64_t start = monotonic_ns();
   const int64_t until = start + std::max<int64_t>(timeout.count(), 0);
   int64_t sleep = kShortestSleepNs;
+  const int64_t longest = role_ == Role::renderer ? kLongestSleepNs : kLongestObserverSleepNs;
   for (int64_t now = start; now < until; now = monotonic_ns()) {
     if (reader_ ? reader_->has_unread() || now >= next_look_ns_ : now >= next_look_ns_) return;
-    if (reader_ && now - start < kSpinNs) continue;
+    if (reader_ && role_ == Role::renderer && now - start < kSpinNs) continue;
     const int64_t next = reader_ ? now + sleep : next_look_ns_;
     sleep_ns(std::min(next, until) - now);
-    sleep = std::min(sleep * 2, kLongestSleepNs);
+    sleep = std::min(sleep * 2, longest);
   }
+}
+
+Result<void> ShmListener::observe(OnArrival on_arrival) {
+  observer_ = std::make_unique<ShmListener>(name_, Delivery::all, Role::observer);
+  return observer_thread_.start(uri(), [this, on_arrival = std::move(on_arrival)] {
+    const OnEvent forward = [&](const LinkEvent& event) {
+      if (event.kind != LinkEvent::Kind::connected && event.kind != LinkEvent::Kind::note) on_arrival(event);
+    };
+    for (bool is_last = false; !is_last;) {
+      is_last = observer_thread_.stopping();  // read before the ring: what was published before counts
+      try {
+        if (!is_last) observer_->wait(std::chrono::nanoseconds(kLookEveryNs));
+        observer_->poll(forward);
+      } catch (const std::exception&) {  // out of memory: the message is lost, and later ones may fit again
+        counters_.reject(Cause::no_memory);
+      }
+    }
+  });
 }
 
 void ShmListener::send(PeerId peer, std::span<const std::byte> message) {
@@ -196,7 +248,11 @@ void ShmListener::send(PeerId peer, std::span<const std::byte> message) {
 
 Result<std::unique_ptr<ListenerLink>> make_listener(const std::string& name, const ListenerOptions& options) {
   remove_dead_segments();
-  return std::unique_ptr<ListenerLink>(std::make_unique<ShmListener>(name, options.delivery));
+  auto listener = std::make_unique<ShmListener>(name, options.delivery);
+  if (options.on_arrival) {
+    if (auto started = listener->observe(options.on_arrival); !started) return started.error();
+  }
+  return std::unique_ptr<ListenerLink>(std::move(listener));
 }
 
 }  // namespace fire3dv::transport::shm

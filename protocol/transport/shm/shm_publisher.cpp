@@ -24,6 +24,8 @@ constexpr uint64_t kFirstStateBytes = 64 << 10;
 constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;
+constexpr int64_t kLookAtNameEveryNs = kSecondNs;
+constexpr uint32_t kPosesBetweenLooks = 256;  // of a simulator that never polls
 constexpr uint32_t kMaxRingSlots = 1024;
 constexpr size_t kMaxUnreadReplies = 1024;
 constexpr int kMaxReadAtOnce = 1024;
@@ -79,12 +81,16 @@ class ShmPublisher final : public PublisherLink {
   bool poll(std::vector<std::byte>& message) override;
   Result<void> make_room_for_images(size_t block_bytes, size_t requests) override;
   std::optional<Image> poll_image() override;
+  std::string problem() const override { return problem_; }
   LinkStats stats() const override { return counters_.snapshot(); }
 
  private:
   // True in a child forked without exec(): the ring has a single writer, the parent.
   bool is_inherited() const { return forked_from_ != fork_generation(); }
-  Result<void> grow(const SegmentSizes& sizes, const wire::Bytes& description);
+  enum class Naming { replace, restore };  // restore: the name was removed
+  Result<void> grow(const SegmentSizes& sizes, const wire::Bytes& description,
+                    Naming naming = Naming::replace);
+  void look_at_name(int64_t now_ns) noexcept;
   bool grow_for_pose(size_t bytes) noexcept;
   bool read_replies();
   bool read_replies_of(const std::shared_ptr<Published>& from);
@@ -121,6 +127,9 @@ class ShmPublisher final : public PublisherLink {
   int64_t next_free_images_ns_ = 0;
   int64_t next_count_ns_ = 0;
   int64_t no_growth_until_ns_ = 0;
+  int64_t next_look_at_name_ns_ = 0;
+  uint32_t poses_since_look_ = 0;
+  std::string problem_;
   LinkCounters counters_;
 };
 
@@ -143,19 +152,19 @@ void ShmPublisher::give_up_replaced(int64_t now_ns) {
   }
 }
 
-Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& description) {
+Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& description, Naming naming) {
   give_up_replaced(monotonic_ns());
   auto made = create_segment(name_, sizes, publisher_id_);
   if (!made) return made.error();
   auto next = std::make_shared<Published>(std::move(*made));
   const bool is_for_images =
       sizes.image_slots != sizes_.image_slots || sizes.image_bytes != sizes_.image_bytes;
-  const bool has_pose = is_for_images && carry_newest_pose(*next);
+  const bool has_pose = (is_for_images || naming == Naming::restore) && carry_newest_pose(*next);
   const uint64_t poses_before = poses_before_ + now_->poses.written() - (has_pose ? 1 : 0);
   next->segment.header().poses_before = poses_before;
   if (!description.empty()) next->descriptions.write({description, {}}, 0);
   if (states_.count() != 0) next->states.restart_epoch(states_, description.empty() ? 0 : 1);
-  if (auto named = take_name(next->segment, name_, true); !named) return named;
+  if (auto named = take_name(next->segment, name_, naming == Naming::replace); !named) return named;
   now_->segment.set_state(
       SegmentState::retired);  // after the rename: readers that see it find the new segment
   now_->forget_at_ns = monotonic_ns() + kKeepReplacedForNs;
@@ -166,6 +175,24 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& de
   description_number_ = description.empty() ? 0 : 1;
   sizes_ = sizes;
   return {};
+}
+
+// Somebody may remove the file: systemd-logind at its user's last logout (RemoveIPC), or rm. Connected
+// readers go on, but later ones would find nothing: a new segment takes the name, and all readers follow.
+void ShmPublisher::look_at_name(int64_t now_ns) noexcept {
+  next_look_at_name_ns_ = now_ns + kLookAtNameEveryNs;
+  poses_since_look_ = 0;
+  try {
+    const FileId named = file_id(segment_path(name_));
+    if (named == file_id(now_->segment.fd.get())) return problem_.clear();
+    const Result<void> restored = named == FileId{}
+                                      ? grow(sizes_, description_, Naming::restore)
+                                      : Error{"shm://" + name_ +
+                                              ": its file in /dev/shm was replaced by another "
+                                              "publisher's; restart this simulator, or give it another name"};
+    problem_ = restored ? std::string() : restored.error().message;
+  } catch (const std::exception&) {  // out of memory: tried again at the next look
+  }
 }
 
 bool ShmPublisher::grow_for_pose(size_t bytes) noexcept {
@@ -233,6 +260,7 @@ bool ShmPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
   tag_of_newest_pose_ = description_number_;
   counters_.messages_sent.add_alone(1);
   counters_.bytes_sent.add_alone(message.size());
+  if (++poses_since_look_ >= kPosesBetweenLooks) look_at_name(monotonic_ns());
   return true;
 }
 
@@ -385,6 +413,7 @@ void ShmPublisher::count_readers(int64_t now_ns) {
   if (now_ns < next_count_ns_) return;
   next_count_ns_ = now_ns + kCountReadersEveryNs;
   give_up_replaced(now_ns);
+  if (now_ns >= next_look_at_name_ns_) look_at_name(now_ns);
   uint64_t alive = 0;
   for (uint32_t i = 0; i < kReaderCount; ++i) {
     if (atomic_word(now_->segment.reader(i).active).load(std::memory_order_relaxed) == 0) continue;

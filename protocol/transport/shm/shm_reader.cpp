@@ -1,6 +1,7 @@
 #include "protocol/transport/shm/shm_reader.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/wire/image.h"
 
@@ -9,7 +10,7 @@ namespace fire3dv::transport::shm {
 using Kind = LinkEvent::Kind;
 using Outcome = RingReader::Outcome;
 
-Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters)
+Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters, bool replies)
     : segment_(std::move(found.segment)), id_(found.id), delivery_(delivery), counters_(counters) {
   SegmentHeader& header = segment_.header();
   const auto ring = [&](RingIndex i) {
@@ -27,7 +28,7 @@ Reader::Reader(Found found, Delivery delivery, const Progress* before, LinkCount
   const bool saw_carried = before && before->poses == segment_.geometry.poses_before + 1;
   if (saw_carried && segment_.geometry.carried_poses == 1 && poses != 0)
     last_pose_ = std::max<uint64_t>(last_pose_, 1);
-  for (uint32_t i = 0; i < kReaderCount && !reader_index_; ++i) {
+  for (uint32_t i = 0; i < kReaderCount && replies && !reader_index_; ++i) {
     if (!try_lock_byte(segment_.lock_fd.get(), reader_lock_byte(i))) continue;
     reader_index_ = i;
     ReaderSlot& slot = segment_.reader(i);
@@ -88,10 +89,12 @@ std::optional<Reader::End> Reader::end_by_state() const {
   return End::closed;  // unknown value: no publisher writes it, so the segment is closed
 }
 
-std::optional<Reader::End> Reader::end_by_file(const std::string& path) const {
+std::optional<Reader::End> Reader::end_by_file(const std::string& path) {
   if (!byte_held_by_other(segment_.fd.get(), kPublisherLockByte)) return End::dead;
   const FileId named = file_id(path);
-  if (named != id_ && named != FileId{} && segment_.state() == SegmentState::live) return End::replaced;
+  if (named == id_ || segment_.state() != SegmentState::live) return {};
+  if (named != FileId{}) return End::replaced;
+  has_lost_name_ = true;
   return {};
 }
 
@@ -116,7 +119,7 @@ bool Reader::drain_newest_pose(Progress& progress, const OnMessage& on_message) 
     const Outcome outcome = poses_.read(newest, buffer_, tag);
     if (outcome == Outcome::corrupt) return false;
     if (outcome == Outcome::lapped) continue;
-    counters_.poses_dropped.add(newest - last_pose_ - 1);
+    add_overtaken(newest - last_pose_ - 1);
     last_pose_ = newest;
     return deliver_pose(progress, tag, on_message);
   }
@@ -139,7 +142,7 @@ bool Reader::drain_all_poses(Progress& progress, const OnMessage& on_message) {
     const uint64_t newest = std::max(poses_.published(), until);
     const uint64_t behind = std::min(newest, poses_.count() / 2);
     const uint64_t next = std::max(last_pose_ + 1, newest - behind);
-    counters_.poses_dropped.add(next - last_pose_);
+    add_overtaken(next - last_pose_);
     last_pose_ = next;
   }
   return true;
@@ -155,7 +158,7 @@ bool Reader::deliver_pose(Progress& progress, uint64_t tag, const OnMessage& on_
     if (!sound) return false;
   }
   count_received();
-  on_message(Kind::pose, buffer_);
+  on_message(Kind::pose, buffer_, std::exchange(overtaken_, 0));
   return true;
 }
 
@@ -171,7 +174,7 @@ bool Reader::drain_description(Progress& progress, const OnMessage& on_message) 
     if (buffer_ == progress.description) return true;  // the same description, copied into a larger segment
     progress.description = buffer_;
     count_received();
-    on_message(Kind::control, progress.description);
+    on_message(Kind::control, progress.description, 0);
     return true;
   }
   return true;  // changes faster than it can be read; the next poll retries
@@ -183,7 +186,7 @@ bool Reader::drain_states(Progress& progress, const OnMessage& on_message) {
     if (tag < last_description_) return true;  // of a description that has been replaced
     counters_.messages_received.add();
     counters_.bytes_received.add(state.size());
-    on_message(Kind::control, state);
+    on_message(Kind::control, state, 0);
     return true;
   };
   return states_.drain(progress.state, deliver) == StatesReader::Outcome::ok;
@@ -205,9 +208,14 @@ bool Reader::drain_controls(const OnMessage& on_message) {
       continue;
     }
     count_received();
-    on_message(Kind::control, buffer_);
+    on_message(Kind::control, buffer_, 0);
   }
   return true;
+}
+
+void Reader::add_overtaken(uint64_t poses) {
+  counters_.poses_dropped.add(poses);
+  overtaken_ += poses;
 }
 
 void Reader::count_received() {

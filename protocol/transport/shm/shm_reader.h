@@ -23,11 +23,14 @@ struct Progress {
 
 class Reader {
  public:
-  using OnMessage = std::function<void(LinkEvent::Kind, std::span<const std::byte>)>;
+  // overtaken: see LinkEvent.
+  using OnMessage =
+      std::function<void(LinkEvent::Kind, std::span<const std::byte> message, uint64_t overtaken)>;
   enum class End { retired, closed, dead, replaced };
 
   // before: progress in the previous segment of the same publisher, to skip delivered messages; null: none.
-  Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters);
+  // replies: takes a reader slot for the back channel, by which the publisher counts its renderers.
+  Reader(Found found, Delivery delivery, const Progress* before, LinkCounters& counters, bool replies = true);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
@@ -47,7 +50,9 @@ class Reader {
   // Checks the state word of the segment; cheap.
   std::optional<End> end_by_state() const;
   // Checks the publisher's lock and the name: two system calls.
-  std::optional<End> end_by_file(const std::string& path) const;
+  std::optional<End> end_by_file(const std::string& path);
+  // True once end_by_file() found that a living publisher's segment has no name any more.
+  bool has_lost_name() const { return has_lost_name_; }
 
   // Delivers all new messages: each pose after its description and keyed states. Returns false if the segment
   // is invalid.
@@ -61,6 +66,7 @@ class Reader {
   bool drain_states(Progress& progress, const OnMessage& on_message);
   bool drain_controls(const OnMessage& on_message);
   void count_received();
+  void add_overtaken(uint64_t poses);
 
   Segment segment_;
   FileId id_;
@@ -69,8 +75,10 @@ class Reader {
   RingReader poses_, descriptions_, controls_;
   StatesReader states_;
   uint64_t last_pose_ = 0;  // numbers of the newest delivered or skipped messages
+  uint64_t overtaken_ = 0;  // poses skipped since the last delivered one
   uint64_t last_description_ = 0;
   uint64_t last_control_ = 0;
+  bool has_lost_name_ = false;
   unsigned forked_from_ = fork_generation();
   std::optional<uint32_t> reader_index_;  // index in the reader table
   ReplyProducer replies_;

@@ -74,6 +74,8 @@ void Peer::read() {
   socket_.async_read_some(asio::buffer(buffer_), [self = shared_from_this()](const asio::error_code& error,
                                                                              size_t bytes) {
     if (self->over_) return;
+    if (error && self->tls_ && !self->tls_->established())
+      return self->end("it left during the TLS handshake", Cause::silent);
     if (error == asio::error::eof && !self->greeted_)
       return self->end(self->preface_.empty() ? "it left without a greeting" : "its greeting was cut short",
                        Cause::malformed);

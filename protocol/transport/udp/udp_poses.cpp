@@ -323,6 +323,7 @@ PoseArrival deliver_part(Inbox& inbox, LinkCounters& counters, Delivery delivery
   if (outcome == FrameTracker::Outcome::repeated) return PoseArrival::repeated;
   if (outcome == FrameTracker::Outcome::whole && newest_before != 0)
     counters.frames_dropped.add(frames.missed(newest_before));
+  inbox.observe_pose(peer, message);
   if (newest && outcome == FrameTracker::Outcome::superseded) {
     counters.poses_dropped.add();
     return PoseArrival::delivered;

@@ -77,11 +77,15 @@ Result<void> check_links_and_files(const Options& options) {
 }
 
 Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
-                            StreamReceiver& receiver, DocumentLoader& notes) {
+                            Recording* recording, StreamReceiver& receiver, DocumentLoader& notes) {
+  size_t number = 0;
   for (const std::string& uri : options.listen) {
     transport::ListenerOptions listener_options;
-    const bool wants_all = options.lockstep || !options.recording.record.empty();
-    listener_options.delivery = wants_all ? transport::Delivery::all : transport::Delivery::newest;
+    listener_options.delivery = options.lockstep ? transport::Delivery::all : transport::Delivery::newest;
+    if (recording)
+      listener_options.on_arrival = [recording, listener = number++](const transport::LinkEvent& event) {
+        recording->take(listener, event);
+      };
     listener_options.insecure = options.insecure;
     listener_options.budgets = budgets;
     listener_options.key_file = options.key_file;

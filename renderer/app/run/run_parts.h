@@ -32,7 +32,7 @@ Result<Windows> open_windows(const Options& options);
 // Opens all listeners. insist: any failure is an error; otherwise failed listeners are reported, and the
 // scene is shown without them.
 Result<void> open_listeners(const Options& options, bool insist, const std::shared_ptr<BudgetPool>& budgets,
-                            StreamReceiver& receiver, DocumentLoader& notes);
+                            Recording* recording, StreamReceiver& receiver, DocumentLoader& notes);
 
 // Null without the option; so are the next three.
 Result<std::unique_ptr<Recording>> open_recording(const Options& options, const Document& document);

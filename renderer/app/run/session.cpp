@@ -175,16 +175,20 @@ Result<void> Session::open_links(const std::string& notice) {
   next_.emplace(document_, application_.caches,
                 [this](const scene::Scene& other) { return can_show(application_, other); });
   if (!notice.empty()) next_->note(notice);
-  if (Result<void> listening =
-          open_listeners(options_, application_.is_first_document, application_.budgets, *receiver_, *next_);
-      !listening)
-    return listening.error();
   Result<std::unique_ptr<Recording>> recording = open_recording(options_, document_);
   if (!recording) return recording.error();
   recording_ = std::move(*recording);
-  if (recording_) {
+  if (Result<void> listening = open_listeners(options_, application_.is_first_document, application_.budgets,
+                                              recording_.get(), *receiver_, *next_);
+      !listening) {
+    if (recording_) recording_->discard();
+    return listening.error();
+  }
+  if (recording_) {  // a replay has no thread of its own
     receiver_->watch(
-        [this](size_t listener, const transport::LinkEvent& event) { recording_->take(listener, event); });
+        [this, count = receiver_->links().size()](size_t listener, const transport::LinkEvent& event) {
+          if (listener >= count) recording_->take(listener, event);
+        });
   }
   if (std::unique_ptr<replay::ReplayLink> replayed = document_.take_replay()) {
     timeline_ = replayed.get();
@@ -360,9 +364,11 @@ Result<void> Session::create_loop() {
 
 // Returns an exit code.
 int Session::finish_recording() {
+  receiver_->end_arrivals();
   log_message(recording_->finish());
-  const std::optional<Error> fault = recording_->failure();
-  return fault ? report_failure(*fault) : 0;
+  int exit_code = 0;
+  for (const Error& fault : recording_->shortfalls()) exit_code = report_failure(fault);
+  return exit_code;
 }
 
 Result<std::unique_ptr<Document>> Session::close(const Result<void>& looped) {

@@ -84,12 +84,12 @@ class Session {
   OverlayFile overlay_file_;  // before the overlay is read
   state::EditDocument overlay_;
   std::optional<CameraRig> camera_;
+  std::unique_ptr<Recording> recording_;  // outlives the listeners, whose threads record
   std::optional<state::PoseState> poses_;
   std::optional<StreamReceiver> receiver_;
   std::optional<ViewerReplies> replies_;
   std::optional<ImageRequestQueue> requests_;
   std::optional<DocumentLoader> next_;
-  std::unique_ptr<Recording> recording_;
   replay::ReplayLink* timeline_ = nullptr;  // owned by the receiver; null: no replay
   std::unique_ptr<sinks::FileSink> image_folder_;
   sinks::NullSink no_files_;

@@ -8,6 +8,8 @@
 #include <chrono>
 #include <cstring>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -91,6 +93,40 @@ struct Listener {
     return {};
   }
   PeerId peer() const { return events.empty() ? 0 : events.back().peer; }
+};
+
+// Observer of arrivals; see ListenerOptions::on_arrival.
+class Arrivals {
+ public:
+  OnArrival observer() {
+    return [this](const LinkEvent& event) {
+      const std::lock_guard lock(mutex_);
+      if (event.kind == Kind::pose) poses_.push_back(text_of(event.message));
+      ends_ += event.kind == Kind::disconnected;
+    };
+  }
+  std::vector<std::string> poses() const {
+    const std::lock_guard lock(mutex_);
+    return poses_;
+  }
+  size_t ends() const {
+    const std::lock_guard lock(mutex_);
+    return ends_;
+  }
+  // Waits without polling the link.
+  static bool wait_until(const std::function<bool()>& done) {
+    const auto until = std::chrono::steady_clock::now() + kHangLimit;
+    while (!done()) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      ::usleep(200);
+    }
+    return true;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> poses_;
+  size_t ends_ = 0;
 };
 
 inline std::unique_ptr<PublisherLink> open_publisher_or_fail(const std::string& uri,

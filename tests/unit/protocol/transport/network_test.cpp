@@ -33,6 +33,36 @@ TEST_P(Network, ListenerFirst) {
   EXPECT_EQ(listener.link->stats().peers, 1u);
 }
 
+TEST_P(Network, ObserverHasEveryPoseOfAnUnpolledListener) {
+  constexpr size_t kPoses = 100;
+  Arrivals arrivals;
+  ListenerOptions options = listener_options();
+  options.on_arrival = arrivals.observer();
+  Listener listener(any_port(), options);
+  auto publisher = open_publisher_or_fail(listener.link->uri(), publisher_options());
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(publish_until_seen(*publisher, listener, "pose"));
+  ASSERT_TRUE(
+      listener.poll_until([&] { return !arrivals.poses().empty() && arrivals.poses().back() == "pose"; }));
+  const std::vector<std::string> before = arrivals.poses();
+  for (size_t i = 0; i < kPoses; ++i) {
+    publisher->publish(message_of(std::to_string(i)));
+    ASSERT_TRUE(Arrivals::wait_until([&] { return arrivals.poses().size() == before.size() + i + 1; }));
+    EXPECT_EQ(arrivals.poses().back(), std::to_string(i));
+  }
+  uint64_t overtaken = 0;
+  size_t poses = 0;
+  ASSERT_TRUE(Arrivals::wait_until([&] {
+    listener.link->poll([&](const LinkEvent& event) {
+      overtaken += event.overtaken;
+      poses += event.kind == Kind::pose;
+    });
+    return poses + overtaken == kPoses;
+  }));
+  publisher.reset();
+  EXPECT_TRUE(Arrivals::wait_until([&] { return arrivals.ends() == 1; }));
+}
+
 TEST_P(Network, PublisherFirst) {
   std::string uri;
   {

@@ -43,6 +43,88 @@ TEST(ForkGuard, ForkedChildClosesDescriptor) {
   EXPECT_EQ(WEXITSTATUS(status), 0) << "the child has the file";
 }
 
+TEST(Shm, ObserverHasEveryPoseOfAnUnpolledListener) {
+  constexpr size_t kPoses = 100;  // a ring has 8 slots
+  const std::string uri = unique_shm_uri("observed");
+  Arrivals arrivals;
+  ListenerOptions options;
+  options.on_arrival = arrivals.observer();
+  Listener listener(uri, options);
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(listener.poll_until([&] { return listener.saw(Kind::control, "description"); }));
+  std::vector<std::string> expected;
+  for (size_t i = 0; i < kPoses; ++i) {
+    expected.push_back(std::to_string(i));
+    ASSERT_TRUE(publisher->publish(message_of(expected.back())));
+    ASSERT_TRUE(Arrivals::wait_until([&] { return arrivals.poses().size() == expected.size(); }));
+  }
+  std::vector<std::byte> reply;
+  ::usleep(30'000);  // readers are counted every 20 ms
+  publisher->poll(reply);
+  EXPECT_EQ(publisher->stats().peers, 1u) << "an observer is no renderer";
+  publisher->publish(message_of("last"));
+  publisher.reset();
+  listener.link->end_arrivals();
+  expected.push_back("last");
+  EXPECT_EQ(arrivals.poses(), expected);
+  uint64_t overtaken = 0;
+  listener.link->poll([&](const LinkEvent& event) { overtaken += event.overtaken; });
+  EXPECT_EQ(overtaken, kPoses);
+  EXPECT_EQ(listener.link->stats().poses_dropped, kPoses);
+}
+
+std::string file_of(const std::string& uri) {
+  return "/dev/shm/fire3dv." + uri.substr(std::string("shm://").size());
+}
+
+TEST(Shm, RemovedFileIsMadeAgain) {
+  for (const bool polls : {true, false}) {
+    SCOPED_TRACE(polls ? "a publisher that polls" : "a publisher that never polls");
+    const std::string uri = unique_shm_uri("removed");
+    auto publisher = open_publisher_or_fail(uri);
+    ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+    ASSERT_TRUE(publisher->put_state(
+        1, std::make_shared<wire::Bytes>(bytes_of("state").begin(), bytes_of("state").end())));
+    Listener first(uri);
+    ASSERT_TRUE(publish_until_seen(*publisher, first, "pose"));
+    ASSERT_TRUE(std::filesystem::remove(file_of(uri)));
+    ASSERT_TRUE(first.poll_until([&] { return first.saw_part(Kind::note, "removed from /dev/shm"); }));
+    std::vector<std::byte> reply;
+    Listener later(uri);
+    ASSERT_TRUE(later.poll_until([&] {
+      if (polls)
+        publisher->poll(reply);
+      else
+        publisher->publish(message_of("pose"));
+      return later.saw(Kind::pose, "pose");
+    }));
+    EXPECT_TRUE(later.saw(Kind::control, "description"));
+    EXPECT_TRUE(later.saw(Kind::control, "state"));
+    ASSERT_TRUE(publish_until_seen(*publisher, first, "next"));
+    EXPECT_EQ(first.count(Kind::disconnected), 0u) << "a connected reader follows";
+    EXPECT_EQ(first.count(Kind::note), 1u);
+    EXPECT_EQ(publisher->problem(), "");
+    publisher.reset();
+    EXPECT_FALSE(std::filesystem::exists(file_of(uri)));
+  }
+}
+
+TEST(Shm, NameTakenByAnotherPublisherIsAProblem) {
+  const std::string uri = unique_shm_uri("taken");
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(std::filesystem::remove(file_of(uri)));
+  auto other = open_publisher_or_fail(uri);
+  std::vector<std::byte> reply;
+  ASSERT_TRUE(Arrivals::wait_until([&] {
+    publisher->poll(reply);
+    return !publisher->problem().empty();
+  }));
+  EXPECT_NE(publisher->problem().find("replaced by another publisher"), std::string::npos);
+  publisher.reset();
+  EXPECT_TRUE(std::filesystem::exists(file_of(uri))) << "the other one's";
+}
+
 TEST(Shm, JoinerGetsDescriptionThenNewestPose) {
   const std::string uri = unique_shm_uri("join");
   auto publisher = open_publisher_or_fail(uri);
