@@ -13,4 +13,7 @@ if(TARGET fire3dv AND NOT FIRE3DV_SANITIZE)
   set_target_properties(e2e_greedy_peer PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   fire3dv_e2e_test(greedy_peers SCRIPT links/greedy_peers_test.py PROGRAMS fire3dv e2e_greedy_peer)
   set_tests_properties(greedy_peers PROPERTIES RUN_SERIAL TRUE)  # compares rates within one run
+  # An hour: FIRE3DV_SOAK_MINUTES=60 ctest --preset ci -R '^soak$' -V
+  fire3dv_e2e_test(soak SCRIPT links/soak_test.py PROGRAMS fire3dv fire3dv-inspect e2e_greedy_peer e2e_record_source)
+  set_tests_properties(soak PROPERTIES LABELS long RUN_SERIAL TRUE TIMEOUT 7200)
 endif()
