@@ -28,7 +28,6 @@
 #include "programs/listener_options.h"
 #include "protocol/record/attachments.h"
 #include "protocol/record/damage.h"
-#include "protocol/record/gaps.h"
 #include "protocol/record/log_thread.h"
 #include "protocol/transport/link.h"
 #include "protocol/transport/open.h"

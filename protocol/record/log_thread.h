@@ -37,6 +37,10 @@ struct LogLosses {
   std::optional<std::string> failure, name_fault;
 };
 
+// Numbers of missing and incomplete frames of each stream, in one sentence; nothing if the recording has all
+// frames.
+std::optional<std::string> describe_gaps(const LogStatus& status);
+
 class LogThread {
  public:
   // max_queued_bytes limits the bytes that are not written yet. Poses beyond it are dropped; other messages

@@ -13,7 +13,6 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "base/plural.h"
-#include "protocol/record/gaps.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::app {

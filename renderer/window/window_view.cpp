@@ -414,6 +414,7 @@ void WindowView::deliver() {
 }
 
 std::vector<std::string> WindowView::take_log_messages() {
+  borrowed_.editor.protect_unsaved();
   std::vector<std::string> notes = std::exchange(notes_, {});
   std::ranges::move(unsaved_.take_log_messages(), std::back_inserter(notes));
   std::ranges::move(captures_.take_log_messages(), std::back_inserter(notes));

@@ -116,9 +116,8 @@ class WindowView {
   bool holds_next() const;  // may_show_next() would still refuse
   // The edits of an interaction that goes on are a step, too.
   void record_unfinished_edits();
-  // See EditSession; call often, also while no image is drawn.
-  void protect_unsaved_edits() { borrowed_.editor.protect_unsaved(); }
-  // Messages to the user since the last call.
+  // Messages to the user since the last call. Call often, also while no image is drawn: it protects unsaved
+  // edits, too.
   std::vector<std::string> take_log_messages();
 
   bool records_video() const { return captures_.records_video(); }

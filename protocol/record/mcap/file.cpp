@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/files.h"
-#include "base/named_file.h"
+#include "protocol/record/mcap/named_file.h"
 #include "protocol/wire/check.h"
 
 namespace fire3dv::record {
@@ -84,7 +84,7 @@ class FileSink final : public Sink {
     const Result<void> flushed = flush(base::Flush::data_and_metadata);
     return flushed ? check_name() : flushed;
   }
-  Result<void> check_name() const override { return base::check_name_of(fd_.get(), path_); }
+  Result<void> check_name() const override { return check_name_of(fd_.get(), path_); }
 
  private:
   // The first flush includes the folder entry: without the name the contents would be lost.

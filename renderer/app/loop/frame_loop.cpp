@@ -271,10 +271,7 @@ void FrameLoop::log_notes() {
   say(context_.scene.take_log_messages());
   say(draw_time_.take_log_messages());
   if (context_.recording) say(context_.recording->take_log_messages());
-  if (context_.window) {
-    context_.window->protect_unsaved_edits();
-    say(context_.window->take_log_messages());
-  }
+  if (context_.window) say(context_.window->take_log_messages());
   if (context_.next) say(context_.next->take_log_messages());
   if (context_.reload) say(context_.reload->take_log_messages());
 }

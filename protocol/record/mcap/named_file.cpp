@@ -1,10 +1,10 @@
-#include "base/named_file.h"
+#include "protocol/record/mcap/named_file.h"
 
 #include <sys/stat.h>
 
 #include "base/text.h"
 
-namespace fire3dv::base {
+namespace fire3dv::record {
 
 Result<void> check_name_of(int fd, const std::string& path) {
   struct stat open {
@@ -21,4 +21,4 @@ Result<void> check_name_of(int fd, const std::string& path) {
                " while it was written: what was written is in the moved file"};
 }
 
-}  // namespace fire3dv::base
+}  // namespace fire3dv::record

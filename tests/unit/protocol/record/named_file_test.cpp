@@ -1,5 +1,5 @@
 // Test of the check of a file's name: removed, moved and replaced files are told apart.
-#include "base/named_file.h"
+#include "protocol/record/mcap/named_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 #include "base/unique_fd.h"
 
-namespace fire3dv::base {
+namespace fire3dv::record {
 namespace {
 
 TEST(NamedFile, LostNamesAreErrors) {
@@ -39,4 +39,4 @@ TEST(NamedFile, LostNamesAreErrors) {
 }
 
 }  // namespace
-}  // namespace fire3dv::base
+}  // namespace fire3dv::record
