@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "base/text.h"
 #include "protocol/robot/robot_file.h"
 #include "renderer/loading/scene_load.h"
@@ -26,6 +27,7 @@ Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const 
 }
 
 Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options) {
+  const Activity activity("opening the Vulkan device");
   OpenDevices open;
   if (options.devices.empty()) {
     Result<std::unique_ptr<gpu::Device>> device = open_device(instance, options);

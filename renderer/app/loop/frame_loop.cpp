@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "base/text.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
@@ -143,6 +144,7 @@ void FrameLoop::log_motion() const {
 }
 
 Result<void> FrameLoop::run() {
+  const Activity activity("drawing images");
   while (!done()) {
     // Messages of adapters.
     if (context_.timeline) context_.receiver.expect_frames(!stands(*context_.timeline));

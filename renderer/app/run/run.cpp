@@ -7,6 +7,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "renderer/app/document.h"
 #include "renderer/app/options/overlay_options.h"
 #include "renderer/app/run/application.h"
@@ -61,6 +62,7 @@ int run_documents(Application& application, std::unique_ptr<Document> document) 
 }  // namespace
 
 int run(const Options& options) {
+  const Activity activity("starting");
   if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
   if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
     return report_failure(overlay.error());

@@ -7,6 +7,7 @@
 
 #include "base/log.h"
 #include "base/plural.h"
+#include "base/process/failure.h"
 #include "renderer/app/options/overlay_options.h"
 #include "renderer/app/run/run_parts.h"
 #include "renderer/app/stop_signals.h"
@@ -213,6 +214,7 @@ Result<void> Session::open_links(const std::string& notice) {
 }
 
 Result<void> Session::upload() {
+  const Activity activity("uploading the scene");
   attached_.emplace(application_.windows);
   for (const OpenWindow& open : application_.windows) {
     if (Result<void> attached = open.window->attach(application_.instance, application_.device); !attached)

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "renderer/gui/panels.h"
+#include "renderer/gui/widgets.h"
 
 namespace fire3dv::gui {
 

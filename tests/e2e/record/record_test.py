@@ -237,6 +237,35 @@ def splits(test):
     check(sequences == sorted(set(sequences)), "a frame is in two files")
 
 
+def thread_limit(test):
+    """A thread that cannot be started is an error that names the limit, and no abort. Root has no such limit."""
+    os.chmod(test.folder, 0o777)
+
+    def limited():
+        if os.getuid() == 0:
+            os.setgroups([])
+            os.setgid(54321)
+            os.setuid(54321)
+        resource.setrlimit(resource.RLIMIT_NPROC, (1, 1))
+    for uri in ("tcp://127.0.0.1:0", test.fresh_uri("shm")):
+        done = subprocess.run([test.programs_at["record"], "--from", uri, "--out", test.path("none.mcap")], preexec_fn=limited,
+                              capture_output=True, text=True, timeout=240)
+        check(done.returncode == 1 and re.search(r"^fire3dv-record: error: .* thread cannot be started: .*ulimit -u, now 1", done.stderr, re.M),
+              f"{uri}: it ended with {done.returncode}:\n{done.stderr}")
+
+
+def nothing_saved(test):
+    """A recording without any whole chunk: recover says so and leaves no file."""
+    path, whole = test.path("header.mcap"), test.path("nothing.mcap")
+    recording = recorder(test, test.fresh_uri("shm"), path)
+    recording.process.send_signal(signal.SIGTERM)
+    recording.expect_exit()
+    with open(path, "r+b") as file:
+        file.truncate(100)
+    run(test, "record", "recover", path, "-o", whole, code=1)
+    check("nothing could be saved" in test.said and not os.path.exists(whole), test.said)
+
+
 def usage(test):
     path = test.path("there.mcap")
     open(path, "w").close()
@@ -269,5 +298,5 @@ if __name__ == "__main__":
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     main({f.__name__: f for f in (usage, round_trip_shm, round_trip_tcp, steps_and_parts, step_ends, streams_in_order, killed, full_disk,
-                                 disk_without_room, nothing_published, splits)},
+                                 disk_without_room, nothing_published, nothing_saved, thread_limit, splits)},
          ("record", "replay", "inspect", "source"))
