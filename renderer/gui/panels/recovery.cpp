@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "renderer/gui/panels.h"
-#include "renderer/gui/widgets.h"
 
 namespace fire3dv::gui {
 
@@ -18,7 +17,7 @@ void draw_recovery(const Context& context, const Rect& image) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {ui.points(8), ui.points(8)});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, ui.points(4));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
-  ImGui::PushStyleColor(ImGuiCol_Border, theme::warning());
+  ImGui::PushStyleColor(ImGuiCol_Border, theme::palette->warning);
   if (ImGui::Begin("recovery", nullptr, kFlags)) {
     ui.enter("Recovery");
     ImGui::TextUnformatted(context.shown.editing->recovered.c_str());
