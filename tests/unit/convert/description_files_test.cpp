@@ -54,9 +54,9 @@ TEST(DescriptionKind, HarmfulXmlIsRefusedByLine) {
             std::string::npos);
   EXPECT_NE(refused("<robot>\n\n<link name=\"a>").find("line 3"), std::string::npos);
   EXPECT_NE(refused("<robot>\n<!-- never closed").find("line 2"), std::string::npos);
-  std::string wide = "<robot>";
-  for (int i = 0; i < 1000; ++i) wide += "<a><b/></a>";
-  EXPECT_TRUE(xml_root(wide + "</robot>").ok());
+  std::string many = "<robot>";
+  for (int i = 0; i < 1000; ++i) many += "<a><b/></a>";
+  EXPECT_TRUE(xml_root(many + "</robot>").ok());
 }
 
 // XML that readers parse differently: for one of them it ends earlier, and hidden elements appear.
