@@ -324,7 +324,7 @@ int main(int argc, char** argv) try {
   double seconds = 2;
   bool as_json = false;
   uint64_t memory_mb = 64;
-  app.add_option("uri", uris, "shm://NAME, or tcp, tls, udp://HOST:PORT; recordings; or http://HOST:PORT")
+  app.add_option("uri", uris, "shm://NAME, tcp, tls, udp://HOST:PORT; recordings; or http://HOST:PORT")
       ->required();
   OptionGroup group(app);
   group.add("--seconds", seconds, "N", "duration of the measurement")->check(number_between(0.1, 86400));
