@@ -59,6 +59,10 @@ RequestPipeline::RequestPipeline(ImageRenderer& renderer, std::function<void(con
   (void)::mallopt(M_MMAP_THRESHOLD, kMappedBytes);
 }
 
+RequestPipeline::~RequestPipeline() {
+  (void)stop(std::chrono::hours(1));
+}
+
 bool RequestPipeline::stop(std::chrono::milliseconds patience) {
   const Clock::time_point end = Clock::now() + patience;
   bool ended = true;

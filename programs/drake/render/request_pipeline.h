@@ -21,6 +21,7 @@ class RequestPipeline {
   // on_failure: called on the drawing thread, once, when the device is lost and nothing can be rendered any
   // more.
   RequestPipeline(ImageRenderer& renderer, std::function<void(const std::string&)> on_failure);
+  ~RequestPipeline();  // waits for the current steps, which push tasks to each other's threads
 
   void push(HttpRequest&& request, HttpServer::Answer answer);  // from any thread
   // Ends the threads after their current steps, without answers to others. False: some still work after this
