@@ -6,6 +6,8 @@ bullet_arm_program_test.py PROGRAM SCENE_TO_WRITE
 import json
 import math
 import os
+import resource
+import signal
 import socket
 import ssl
 import struct
@@ -117,6 +119,25 @@ def check_scene():
     expect(any("normalTexture" in material for material in document["materials"]), "no normal map")
 
 
+def check_full_disk():
+    """A scene that the disk does not take leaves neither a cut file nor the loss of an earlier one."""
+    def limited():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # the write fails, as on a full disk
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "arm.glb")
+        for earlier in (None, "an earlier file"):
+            if earlier:
+                with open(path, "w", encoding="ascii") as file:
+                    file.write(earlier)
+            result = subprocess.run([program, "--write-scene", path], capture_output=True, text=True, timeout=300, preexec_fn=limited)
+            expect(result.returncode == 1 and "cannot write all of" in result.stderr, f"{result}")
+            expect(os.listdir(folder) == (["arm.glb"] if earlier else []), f"it left {os.listdir(folder)}")
+        with open(path, encoding="ascii") as file:
+            expect(file.read() == earlier, "the earlier file has changed")
+
+
 def check_certificate_verdict():
     """A certificate that bullet_arm does not trust is its own verdict, not a message of the renderer."""
     with tempfile.TemporaryDirectory() as folder, socket.create_server(("127.0.0.1", 0)) as listener:
@@ -148,4 +169,5 @@ def check_certificate_verdict():
 check_hashes()
 check_exit_codes()
 check_scene()
+check_full_disk()
 check_certificate_verdict()
