@@ -105,6 +105,10 @@ Buffer create_buffer(Device& device, VkDeviceSize size_bytes, VkBufferUsageFlags
   FIRE3DV_VK(vmaCreateBuffer(device.allocator(), &info, &allocation_info, &handle, &allocation, &allocated));
   buffer.handle = BufferHandle(device, handle, allocation);
   buffer.mapped = memory == Memory::device ? nullptr : static_cast<std::byte*>(allocated.pMappedData);
+  // A full address space: the allocation succeeds, and its mapping does not. Mesa 25.0 then hands on
+  // MAP_FAILED.
+  if (memory != Memory::device && (!buffer.mapped || buffer.mapped == MAP_FAILED))
+    throw VulkanFailure(VK_ERROR_OUT_OF_HOST_MEMORY, "vmaCreateBuffer, mapping");
 
   VkBufferDeviceAddressInfo address{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO};
   address.buffer = handle;
