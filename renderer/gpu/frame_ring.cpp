@@ -33,6 +33,7 @@ StagingRing::Piece StagingRing::allocate(VkDeviceSize size_bytes) {
 void StagingRing::reset() {
   if (chunks_.size() > 1) chunks_.erase(chunks_.begin(), chunks_.end() - 1);  // keep the largest
   used_ = 0;
+  end_words_.clear();
 }
 
 namespace {
@@ -62,7 +63,7 @@ uint64_t ticks_between(uint64_t begin, uint64_t end, uint32_t valid_bits) {
 
 }  // namespace
 
-FrameRing::FrameRing(Device& device) : device_(device) {
+FrameRing::FrameRing(Device& device) : device_(device), limits_(device) {
   slots_.reserve(kFramesInFlight);
   for (uint32_t i = 0; i < kFramesInFlight; ++i) {
     Slot& slot = slots_.emplace_back(device);
@@ -91,7 +92,9 @@ Recorder& FrameRing::begin() {
   device_.wait(slot.done_at);
   read_times(slot);
   device_.collect();
+  limits_.release(slot.done_at);
   slot.staging.reset();
+  slot.staging.set_has_limit(limits_.are_set());
 
   FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.pool.get(), 0));
   if (slot.async_pool) FIRE3DV_VK(vkResetCommandPool(device_.handle(), slot.async_pool.get(), 0));
@@ -110,6 +113,7 @@ uint64_t FrameRing::submit(std::span<const SemaphoreSignal> waits, std::span<con
   const std::optional<ForkedCommands> forked = slot.recorder->finish();
   slot.done_at =
       forked ? device_.submit(*forked, waits, signals) : device_.submit(slot.commands.before, waits, signals);
+  limits_.submitted(slot.done_at, slot.staging.end_words());
   slot.times_pending = true;
   return slot.done_at;
 }

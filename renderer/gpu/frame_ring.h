@@ -12,6 +12,7 @@
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/device/resources.h"
 #include "renderer/gpu/recorder.h"
+#include "renderer/gpu/submission_limits.h"
 
 namespace fire3dv::gpu {
 
@@ -38,8 +39,17 @@ class StagingRing {
 
   void reset();  // requires that the GPU has finished the frame
 
+  // Words that end the frame's draws early when they are not 0; see SubmissionLimits.
+  void add_end_word(uint64_t* word) { end_words_.push_back(word); }
+  std::span<uint64_t* const> end_words() const { return end_words_; }
+  // The frame has a time limit: costly draws are recorded in batches, between which it can end.
+  bool has_limit() const { return has_limit_; }
+  void set_has_limit(bool has_limit) { has_limit_ = has_limit; }
+
  private:
   Device& device_;
+  std::vector<uint64_t*> end_words_;
+  bool has_limit_ = false;
   std::vector<Buffer> chunks_;  // normally one; a frame that needs more adds chunks, and reset() keeps the
                                 // largest
   VkDeviceSize used_ = 0;       // of the last chunk
@@ -75,6 +85,8 @@ class FrameRing {
   // renderer's back-pressure.
   Recorder& begin();
   StagingRing& staging() { return slots_[slot_].staging; }
+  // Time limits of later frames.
+  SubmissionLimits& limits() { return limits_; }
   // Ends recording and submits. Returns the frame's timeline value.
   uint64_t submit(std::span<const SemaphoreSignal> waits = {}, std::span<const SemaphoreSignal> signals = {});
 
@@ -102,6 +114,7 @@ class FrameRing {
   uint64_t next_frame_ = 0, frame_index_ = 0;
   Timed timed_ = Timed::frame;
   std::vector<FrameTimes> untaken_;
+  SubmissionLimits limits_;
 };
 
 // Partial buffer updates between frames. Passes do not declare these rarely written buffers, so frames with

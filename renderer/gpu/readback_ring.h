@@ -72,6 +72,7 @@ class ReadbackRing {
     while (!pending_.empty() && pending_.front().done_at <= done) {
       Pending pending = std::move(pending_.front());
       pending_.pop_front();
+      polled_ = pending.done_at;
       take(std::move(pending.tag), pending.extent,
            std::span<const uint8_t>(reinterpret_cast<const uint8_t*>(pending.buffer.mapped), pending.bytes));
       free_.push_back(std::move(pending.buffer));
@@ -84,6 +85,9 @@ class ReadbackRing {
     if (!pending_.empty()) device_.wait(pending_.back().done_at);
     poll(std::forward<TakeImage>(take));
   }
+
+  // Within poll(): timeline value of the image's submission.
+  uint64_t polled_submission() const { return polled_; }
 
   size_t in_flight() const { return pending_.size(); }
 
@@ -112,6 +116,7 @@ class ReadbackRing {
   std::vector<Pending> recorded_;
   std::deque<Pending> pending_;
   std::vector<Buffer> free_;
+  uint64_t polled_ = 0;
 };
 
 }  // namespace fire3dv::gpu

@@ -103,6 +103,7 @@ uint64_t ImageBatchRenderer::lens_bytes(const WorkItem& work) const {
 }
 
 bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, const Limits& limits) {
+  limits_ = &frames.limits();
   gpu::Recorder* recorder = nullptr;
   uint64_t bytes = 0, cost = 0;
   while (has_work() && bytes < limits.bytes) {
@@ -291,7 +292,7 @@ void ImageBatchRenderer::record(const passes::PreparedFrame& prepared, gpu::Reco
                         used.near_m,     used.far_m,           due.request.intrinsics.lens,
                         lens.f_number,   lens.focus_distance_m};
     frame.hidden_streams = hidden_streams;
-    tag.images.push_back({due.requester, due.request.outputs, std::move(frame)});
+    tag.images.push_back({due, std::move(frame)});
   }
   std::vector<passes::CameraHistory> histories = take_histories(batch);
   renderer_.record(prepared, recorder, staging, moment.poses, views, histories);
@@ -350,11 +351,18 @@ void ImageBatchRenderer::store_histories(std::span<const WorkItem> batch,
 
 void ImageBatchRenderer::deliver(const Take& take) {
   readback_.poll([&](Tag tag, VkExtent2D, std::span<const uint8_t> bytes) {
+    const bool ended_early = limits_ && limits_->has_ended_early(readback_.polled_submission());
     for (uint32_t view = 0; view < tag.images.size(); ++view) {
       Image& image = tag.images[view];
-      const RequestedImage pixels(tag.taken, view, wire::ImageOutputs(image.bits), bytes);
+      const state::ImageRequestRegistry::Due& due = image.due;
+      if (ended_early) {
+        histories_.erase({due.requester, due.request.id});
+        ended_early_.push_back(due);
+        continue;
+      }
+      const RequestedImage pixels(tag.taken, view, wire::ImageOutputs(due.request.outputs), bytes);
       pixels.describe_to(image.frame);
-      take(image.requester, image.frame, pixels);
+      take(due.requester, image.frame, pixels);
     }
   });
 }

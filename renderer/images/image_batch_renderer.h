@@ -98,6 +98,8 @@ class ImageBatchRenderer {
   using Take = std::function<void(state::RequesterId requester, const wire::ImageFrame&,
                                   const RequestedImage& pixels)>;
   void deliver(const Take& take);
+  // Images whose submissions have reached their time limit, since the last call. They are not delivered.
+  std::vector<state::ImageRequestRegistry::Due> take_ended_early() { return std::exchange(ended_early_, {}); }
 
   // Refusals for lack of device memory since the last call.
   struct Refused {
@@ -115,8 +117,7 @@ class ImageBatchRenderer {
 
  private:
   struct Image {
-    state::RequesterId requester = 0;
-    uint32_t bits = 0;
+    state::ImageRequestRegistry::Due due;
     wire::ImageFrame frame;
   };
   struct Tag {
@@ -160,6 +161,8 @@ class ImageBatchRenderer {
   std::optional<Tracing> tracing_;
   std::optional<TracedSamples> traced_samples_;
   std::vector<Refused> refused_;
+  std::vector<state::ImageRequestRegistry::Due> ended_early_;
+  const gpu::SubmissionLimits* limits_ = nullptr;   // of the frames of draw()
   std::map<Key, passes::CameraHistory> histories_;  // motion histories of open requests
 };
 

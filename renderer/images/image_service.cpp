@@ -344,7 +344,11 @@ void ImageService::deliver() {
     requests_.send(requester, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
     scheduler_.spent(requester, begin_ns, monotonic_ns());
   };
-  for (size_t device = 0; device < device_count(); ++device) renderer_at(device).deliver(send);
+  for (size_t device = 0; device < device_count(); ++device) {
+    renderer_at(device).deliver(send);
+    for (const state::ImageRequestRegistry::Due& due : renderer_at(device).take_ended_early())
+      requests_.mark_undrawn(due);
+  }
 }
 
 bool ImageService::in_flight() const {

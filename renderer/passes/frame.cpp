@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/passes/resources/image_globals.h"
 #include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
 #include "shaders/shared/types.h"
@@ -239,10 +240,12 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
 
 void Frame::upload_globals() {
   for (size_t v = 0; v < source_.views.size(); ++v) {
-    const gpu_types::Globals globals =
-        passes_.make_globals(source_.settings, source_.gpu_scene, source_.targets, source_.views[v],
-                             plan_.shadow_mask, map_set_of_[v]);
-    globals_.push_back(source_.staging.write(std::span<const gpu_types::Globals>(&globals, 1)).address);
+    const ImageGlobals image{passes_.make_globals(source_.settings, source_.gpu_scene, source_.targets,
+                                                  source_.views[v], plan_.shadow_mask, map_set_of_[v])};
+    const gpu::StagingRing::Piece piece = source_.staging.write(std::span<const ImageGlobals>(&image, 1));
+    globals_.push_back(piece.address);
+    source_.staging.add_end_word(
+        reinterpret_cast<uint64_t*>(piece.mapped + offsetof(ImageGlobals, ends_early)));
     map_sets_[map_set_of_[v]].push_back(globals_.back());
   }
 }
@@ -395,7 +398,8 @@ void Frame::blur() {
 
 void Frame::draw_markers() {
   if (forward_area_.extent.width == 0) return;
-  passes_.markers.record(recorder_, {source_.targets, source_.views[0], globals_[0], forward_area_});
+  passes_.markers.record(recorder_, {source_.targets, source_.views[0], globals_[0], forward_area_,
+                                     source_.staging.has_limit()});
 }
 
 }  // namespace fire3dv::passes

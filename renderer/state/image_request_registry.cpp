@@ -246,6 +246,18 @@ void ImageRequestRegistry::mark_rendered(const Due& due) {
   entry.last_ns = due.due_ns;
 }
 
+void ImageRequestRegistry::mark_undrawn(const Due& due) {
+  const auto places = requests_.find(due.requester);
+  if (places == requests_.end()) return;
+  const wire::ImageRequest& request = due.request;
+  // A request of one image was closed. It was within the budget, which is not charged again.
+  Entry& entry = places->second.try_emplace(request.place, Entry{.request = request}).first->second;
+  if (entry.request.id != request.id) return;
+  entry.rendered = std::min(entry.rendered, due.number - 1);
+  entry.last_sequence = due.sequence - std::min<uint64_t>(due.sequence, std::max<uint64_t>(request.every, 1));
+  entry.last_ns = 0;
+}
+
 std::vector<std::pair<RequesterId, uint64_t>> ImageRequestRegistry::open() const {
   std::vector<std::pair<RequesterId, uint64_t>> open;
   for (const auto& [requester, places] : requests_)

@@ -87,6 +87,9 @@ class ImageRequestRegistry {
   Result<void> check_memory(const Due& due, uint64_t bytes) const;
   // Marks an image as rendered. Does nothing if its request is closed.
   void mark_rendered(const Due& due);
+  // The image was marked as rendered, but nothing was sent: it is due again. Does nothing if the requester is
+  // gone or has replaced the request.
+  void mark_undrawn(const Due& due);
 
   // Requester and id of each open request, sorted.
   std::vector<std::pair<RequesterId, uint64_t>> open() const;

@@ -29,8 +29,15 @@ std::vector<ImageRequestQueue::Due> ImageRequestQueue::due(state::RequesterId re
   return shown ? registry_.due(requester, shown->frame, now_ns) : std::vector<Due>();
 }
 
+bool ImageRequestQueue::owes_image(state::RequesterId requester, int64_t now_ns) const {
+  const auto progress = progress_.find(requester);
+  const bool is_drawing = progress != progress_.end() && progress->second.answered < progress->second.drawn;
+  return is_drawing || !due(requester, now_ns).empty();
+}
+
 void ImageRequestQueue::refuse(const Due& due, wire::ImageRefusal reason, const std::string& why) {
   registry_.remove(due.requester, due.request.id);
+  progress_[due.requester].answered = due.sequence;
   replies_.refuse_image(due.requester, {due.request.epoch, due.request.id, reason, why}, true);
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,8 @@ class ImageRequestHandler {
                                 const std::shared_ptr<PeerBudget>& budget) = 0;
   // The run has ended: its requests are void.
   virtual void on_requester_ended(state::RequesterId requester) = 0;
+  // True if an image of the stream is due or being drawn, so that the stream may wait for it.
+  virtual bool owes_image(state::RequesterId requester, int64_t now_ns) const = 0;
 };
 
 // All functions accept requesters that have ended.
@@ -80,7 +83,11 @@ class ImageRequestQueue final : public ImageRequestHandler {
 
   void on_image_request(state::RequesterId requester, const wire::ImageRequest& request,
                         const std::shared_ptr<PeerBudget>& budget) override;
-  void on_requester_ended(state::RequesterId requester) override { registry_.remove_all(requester); }
+  void on_requester_ended(state::RequesterId requester) override {
+    registry_.remove_all(requester);
+    progress_.erase(requester);
+  }
+  bool owes_image(state::RequesterId requester, int64_t now_ns) const override;
 
   // Streams with due images of the current frames. Refuses requests that can no longer be met.
   std::vector<state::ImageDemand> demands(int64_t now_ns);
@@ -90,12 +97,17 @@ class ImageRequestQueue final : public ImageRequestHandler {
     return registry_.check_memory(due, bytes);
   }
   uint64_t cost(const wire::ImageRequest& request) const { return registry_.cost(request); }
-  void mark_rendered(const Due& due) { registry_.mark_rendered(due); }
+  void mark_rendered(const Due& due) {
+    registry_.mark_rendered(due);
+    progress_[due.requester].drawn = due.sequence;
+  }
+  void mark_undrawn(const Due& due) { registry_.mark_undrawn(due); }
   // Closes the request of this image.
   void refuse(const Due& due, wire::ImageRefusal reason, const std::string& why);
   // See ImageReplies.
   bool send(state::RequesterId requester, const wire::ImageFrame& frame,
             const transport::ListenerLink::FillPixels& fill) {
+    progress_[requester].answered = frame.sequence;
     return replies_.send_image(requester, frame, fill);
   }
   // False once the request was withdrawn, replaced or answered, or its requester has ended.
@@ -114,8 +126,14 @@ class ImageRequestQueue final : public ImageRequestHandler {
   uint64_t closed() const { return registry_.closed(); }  // rises when requests are closed
 
  private:
+  // Newest frames of a stream whose images were submitted, and were sent or refused.
+  struct Progress {
+    uint64_t drawn = 0, answered = 0;
+  };
+
   ImageReplies& replies_;
   state::ImageRequestRegistry registry_;
+  std::map<state::RequesterId, Progress> progress_;
 };
 
 }  // namespace fire3dv::app

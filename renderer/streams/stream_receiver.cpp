@@ -123,8 +123,15 @@ void StreamReceiver::report_conditions() {
   for (auto& [peer, stream] : stream_of_peer_) {
     report_losses(peer, stream);
     // Parts that arrive without a whole frame are reported as such, with another remedy.
-    const bool is_lost =
+    bool is_lost =
         !stream.losses.is_lossy() && poses_.streams()[stream.id].condition == state::Condition::lost;
+    // A simulator that waits for an image sends no frame meanwhile.
+    const bool waits = is_lost && image_handler_ && image_handler_->owes_image(stream.requester, now_ns_);
+    if (!std::exchange(stream.reported_waiting, waits) && waits)
+      log(warning("images for stream \"" + stream.name +
+                  "\" take several seconds, and it waits for them; fire3dv-inspect and --metrics list what "
+                  "each stream costs"));
+    is_lost &= !waits;
     if (std::exchange(stream.reported_lost, is_lost) == is_lost) continue;
     const std::string name = "stream \"" + stream.name + "\"";
     log(is_lost ? warning(name + " stalled: no pose frames; showing the last one")

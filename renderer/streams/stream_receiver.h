@@ -197,7 +197,7 @@ class StreamReceiver final : public ImageReplies {
     state::ClockOffset clock;
     uint64_t pings = 0;  // number of pings sent; also the last ping's id
     int64_t next_ping_ns = 0;
-    bool reported_lost = false;
+    bool reported_lost = false, reported_waiting = false;
     FrameLossMonitor losses;
     uint64_t overtaken = 0;  // see Report
     state::RequesterId requester = 0;

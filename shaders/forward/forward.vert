@@ -4,6 +4,9 @@
 #include "common/vertices.glsl"
 
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 
 invariant gl_Position;  // the depth pass and the colour pass need identical bits
 layout(location = 0) out vec3 out_position_world;
@@ -36,4 +39,5 @@ void main() {
   out_part_flags = PartRef(globals.value.parts).at[draw.part].flags;
   gl_PointSize = 1;
   gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);
+  if (is_ended()) gl_Position = vec4(2, 2, 2, 1);  // outside of the view
 }

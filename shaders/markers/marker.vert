@@ -7,6 +7,9 @@
 #include "markers/marker_solids.glsl"
 
 layout(push_constant, scalar) uniform Push { MarkerPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Ref { vec4 at[]; };
 
 layout(location = 0) out vec4 out_color;  // linear, display-referred, straight alpha
@@ -181,6 +184,10 @@ void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   out_color = vec4(1);
   out_disc = vec2(0);
+  if (is_ended()) {
+    drop();
+    return;
+  }
   const uint vertex = gl_VertexIndex, element = vertex / 6;
   const vec2 corner = kCorners[vertex % 6];
   switch (push.kind) {

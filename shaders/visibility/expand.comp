@@ -12,19 +12,28 @@
 const int kThreads = 256;  // a ground plane covers as many tiles as the image
 layout(local_size_x = kThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 
 shared uint shared_slot;
+const uint kEnded = FIRE3DV_NO_INDEX - 1;
 
 void list_tiles(GlobalsRef globals, RasterSet set, RasterView view, PreparedTriangle prepared) {
   const ivec2 size = ivec2(view.width, view.height);
   barrier();  // all lanes have read the earlier triangle's index
   if (gl_LocalInvocationIndex == 0) {
-    const uint slot = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
-    shared_slot = slot < set.prepared_capacity ? slot : FIRE3DV_NO_INDEX;
-    if (slot < set.prepared_capacity) PreparedTriangleRef(set.prepared).at[slot] = prepared;
+    if (is_ended()) {
+      shared_slot = kEnded;
+    } else {
+      const uint slot = atomicAdd(LargeWorkRef(set.large).value.prepared_count, 1);
+      shared_slot = slot < set.prepared_capacity ? slot : FIRE3DV_NO_INDEX;
+      if (slot < set.prepared_capacity) PreparedTriangleRef(set.prepared).at[slot] = prepared;
+    }
   }
   barrier();
   const uint slot = shared_slot;
+  if (slot == kEnded) return;
   ivec2 low, high;
   covered_pixels(min(prepared.a, min(prepared.b, prepared.c)), max(prepared.a, max(prepared.b, prepared.c)),
                  pixel_reach(view), size, low, high);

@@ -21,6 +21,9 @@ const uint kThreads = 128;
 layout(local_size_x = 128) in;
 #endif
 layout(push_constant, scalar) uniform Push { RasterPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 
 // kNowhere: the triangle needs clipping.
 ScreenVertex corner_of(RasterView view, vec3 world) {
@@ -139,7 +142,7 @@ void main() {
   find_corners(globals, view, instance, world_from_node);
   subgroupBarrier();  // orders memory within one vector; no thread waits
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
-  const uint triangle_count = instance.counts >> 16;
+  const uint triangle_count = is_ended() ? 0 : instance.counts >> 16;
   for (uint number = gl_LocalInvocationIndex; number < triangle_count; number += kThreads) {
     const uint packed = UintRef(globals.value.cluster_triangles).at[instance.first_triangle + number];
     draw_from_corners(globals, set, view, cluster, number, packed);
@@ -156,6 +159,7 @@ void main() {
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[instance.node];
   const RasterView view = RasterViewRef(set.views).at[push.view];
   const uint triangle_count = instance.counts >> 16;
+  const bool ended = is_ended();
   uint packed[128 / kThreads];
   for (uint i = 0; i < 128 / kThreads; ++i) {  // prefetched before the barrier
     const uint number = thread + i * kThreads;
@@ -163,6 +167,7 @@ void main() {
   }
   find_corners(globals, view, instance, world_from_node);
   barrier();
+  if (ended) return;  // beyond the barrier: threads may see the word change
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
   for (uint i = 0; i < 128 / kThreads; ++i) {
     const uint number = thread + i * kThreads;

@@ -6,12 +6,15 @@
 
 layout(local_size_x = kTileThreads) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
   const uint slot = gl_WorkGroupID.x + gl_WorkGroupID.y * 65535;
-  if (slot >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity)) return;
+  if (slot >= min(LargeWorkRef(set.large).value.tiles.count, set.tile_capacity) || is_ended()) return;
   const TileEntry entry = TileEntryRef(set.tiles).at[slot];
   const PreparedTriangle prepared = PreparedTriangleRef(set.prepared).at[entry.prepared];
   if (kSeveralWorlds) globals = globals_of_view(set, prepared.view);

@@ -9,6 +9,9 @@
 
 layout(local_size_x = 8) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 
 GlobalsRef globals;
 RasterSet set;
@@ -120,7 +123,7 @@ void main() {
   while (next != 0) {
     const uint entry = next - 1;
     const TileTriangle whole = tile_triangle(prepared_for_all(set.prepared, TileEntryRef(set.tiles).at[entry].prepared));
-    next = UintRef(set.tile_next).at[entry];
+    next = is_ended() ? 0 : UintRef(set.tile_next).at[entry];
     if (largest_edge_function(whole) < int64_t(1) << 48) {
       draw(lane_triangle(whole));
     } else {

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
+#include <utility>
 
+#include "renderer/passes/resources/draw_batches.h"
 #include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/types.h"
 
@@ -59,6 +62,30 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
     commands.push_back(command_of(scene.geometry_of(scene.draw_list.draws[i]), i));
   }
   return commands;
+}
+
+// Splits draws at the limit of a batch; returns the number of draws of each batch.
+std::vector<VkDrawIndexedIndirectCommand> split_into_batches(
+    std::span<const VkDrawIndexedIndirectCommand> commands, uint32_t max_indices,
+    std::vector<uint32_t>& batches) {
+  std::vector<VkDrawIndexedIndirectCommand> split;
+  batches.assign(1, 0);
+  uint32_t left = max_indices;
+  for (VkDrawIndexedIndirectCommand rest : commands) {
+    while (rest.indexCount > 0) {
+      if (left == 0) {
+        batches.push_back(0);
+        left = max_indices;
+      }
+      VkDrawIndexedIndirectCommand& piece = split.emplace_back(rest);
+      piece.indexCount = std::min(rest.indexCount, left);
+      ++batches.back();
+      left -= piece.indexCount;
+      rest.firstIndex += piece.indexCount;
+      rest.indexCount -= piece.indexCount;
+    }
+  }
+  return split;
 }
 
 VkPrimitiveTopology vk_topology(scene::Topology topology) {
@@ -184,22 +211,29 @@ std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::StagingRing
     if (bin.blended()) {
       const auto sorted =
           sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
+      std::vector<uint32_t> batches{static_cast<uint32_t>(sorted.size())};
+      const bool in_batches = staging.has_limit() && bin.topology == scene::Topology::triangles;
+      const std::vector<VkDrawIndexedIndirectCommand> commands =
+          in_batches ? split_into_batches(sorted, 3 * triangles_per_batch(frame.area.extent), batches)
+                     : sorted;
       const gpu::StagingRing::Piece piece =
-          staging.write(std::span<const VkDrawIndexedIndirectCommand>(sorted));
-      of_bins.push_back({piece.buffer, piece.offset});
+          staging.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
+      of_bins.push_back({piece.buffer, piece.offset, std::move(batches)});
     } else {
-      of_bins.push_back({commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand)});
+      of_bins.push_back(
+          {commands_.get(), bin.first_draw * sizeof(VkDrawIndexedIndirectCommand), {bin.draw_count}});
     }
   }
   return of_bins;
 }
 
-void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const {
+// goes_on: with another batch of draws.
+void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stage, bool goes_on) const {
   Targets& targets = frame.targets;
   VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
   color.imageView = targets.hdr.view.get();
   color.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-  color.loadOp = frame.visibility ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;
+  color.loadOp = frame.visibility || goes_on ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_CLEAR;
   color.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
   const glm::vec3& background = frame.background.color;
   // Alpha 0: the colour is display-referred.
@@ -294,21 +328,28 @@ void ForwardPass::draw_bins(VkCommandBuffer commands, const Frame& frame, Stage 
     // Push constants are set again for each pipeline: lavapipe loses them for fragment shaders after a
     // pipeline without one.
     vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-    draw_bin(commands, bins[b], of_bins[b]);
+    draw_bin(commands, bins[b], of_bins[b], frame);
   }
 }
 
-void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin,
-                           const BinCommands& bin_commands) const {
+void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands,
+                           const Frame& frame) const {
   vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
   vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
-  uint32_t done = 0;
-  while (done < bin.draw_count) {  // a device may limit the draws of one command
-    const uint32_t count = std::min(bin.draw_count - done, device_.limits().maxDrawIndirectCount);
-    vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,
-                             bin_commands.offset + done * sizeof(VkDrawIndexedIndirectCommand), count,
-                             sizeof(VkDrawIndexedIndirectCommand));
-    done += count;
+  uint32_t done = 0, end = 0;
+  for (size_t batch = 0; batch < bin_commands.batches.size(); ++batch) {
+    if (batch > 0) {
+      end_batch(commands);
+      begin(commands, frame, Stage::color, true);
+    }
+    end += bin_commands.batches[batch];
+    while (done < end) {  // a device may limit the draws of one command
+      const uint32_t count = std::min(end - done, device_.limits().maxDrawIndirectCount);
+      vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,
+                               bin_commands.offset + done * sizeof(VkDrawIndexedIndirectCommand), count,
+                               sizeof(VkDrawIndexedIndirectCommand));
+      done += count;
+    }
   }
 }
 

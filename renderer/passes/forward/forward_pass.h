@@ -43,15 +43,17 @@ class ForwardPass {
   struct BinCommands {
     VkBuffer buffer;
     VkDeviceSize offset;
+    std::vector<uint32_t> batches;  // number of commands of each
   };
   enum class Stage : uint8_t { depth, color };
   // material_flags: as in GpuScene.
   const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags);
   std::vector<BinCommands> bin_commands(gpu::StagingRing& staging, const Frame& frame) const;
-  void begin(VkCommandBuffer commands, const Frame& frame, Stage stage) const;
+  void begin(VkCommandBuffer commands, const Frame& frame, Stage stage, bool goes_on = false) const;
   void draw_bins(VkCommandBuffer commands, const Frame& frame, Stage stage, bool blended,
                  const std::vector<BinCommands>& bin_commands);
-  void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands) const;
+  void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands,
+                const Frame& frame) const;
   void draw_visible_depth(VkCommandBuffer commands, const Frame& frame);
   void upload_commands(gpu::Recorder& recorder, gpu::StagingRing& staging, const GpuScene& scene);
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "renderer/passes/resources/draw_batches.h"
 #include "shaders/shared/glyph_types.h"
 #include "shaders/shared/types.h"
 
@@ -376,6 +377,56 @@ const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
   return known;
 }
 
+// Draws of one image, in batches where it has a time limit.
+class MarkerPass::Batches {
+ public:
+  Batches(VkCommandBuffer commands, const VkRenderingInfo& rendering, bool in_batches)
+      : commands_(commands),
+        rendering_(rendering),
+        in_batches_(in_batches),
+        most_(triangles_per_batch(rendering.renderArea.extent)),
+        left_(most_) {
+    vkCmdBeginRendering(commands, &rendering);
+  }
+
+  VkCommandBuffer commands() const { return commands_; }
+
+  void draw(uint32_t vertices, uint32_t instances) {
+    if (!in_batches_) return vkCmdDraw(commands_, vertices, instances, 0, 0);
+    // Elements of flat kinds have 3, 6 or 18 vertices; solids are instances.
+    constexpr uint32_t kUnit = 18;
+    for (uint32_t first = 0; instances == 1 && first < vertices;) {
+      const uint32_t count = std::min(vertices - first, std::max(3 * left_ / kUnit, 1u) * kUnit);
+      begin_batch(count / 3);
+      vkCmdDraw(commands_, count, 1, first, 0);
+      first += count;
+    }
+    const uint32_t triangles = std::max(vertices / 3, 1u);
+    for (uint32_t first = 0; instances > 1 && first < instances;) {
+      const uint32_t count = std::min(instances - first, std::max(left_ / triangles, 1u));
+      begin_batch(count * triangles);
+      vkCmdDraw(commands_, vertices, count, 0, first);
+      first += count;
+    }
+  }
+
+ private:
+  void begin_batch(uint32_t triangles) {
+    if (left_ == 0) {
+      end_batch(commands_);
+      vkCmdBeginRendering(commands_, &rendering_);
+      left_ = most_;
+    }
+    left_ -= std::min(left_, triangles);
+  }
+
+  const VkCommandBuffer commands_;
+  const VkRenderingInfo& rendering_;
+  const bool in_batches_;
+  const uint32_t most_;  // triangles of a batch
+  uint32_t left_;
+};
+
 void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
   if (selected_.empty()) return;
   std::vector<Selected> opaque, blended, overlaid;
@@ -415,21 +466,22 @@ void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
     rendering.colorAttachmentCount = 1;
     rendering.pColorAttachments = &color;
     rendering.pDepthAttachment = &depth;
-    vkCmdBeginRendering(commands, &rendering);
+    Batches batches(commands, rendering, frame.in_batches);
     const VkExtent2D extent = frame.targets.extent;
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height),
                               0, 1};
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
-    for (const auto& [shown, uploaded] : opaque) draw(commands, *shown, *uploaded, Layer::opaque, frame);
-    for (const auto& [shown, uploaded] : blended) draw(commands, *shown, *uploaded, Layer::blended, frame);
-    for (const auto& [shown, uploaded] : overlaid) draw(commands, *shown, *uploaded, Layer::overlaid, frame);
+    for (const auto& [shown, uploaded] : opaque) draw(batches, *shown, *uploaded, Layer::opaque, frame);
+    for (const auto& [shown, uploaded] : blended) draw(batches, *shown, *uploaded, Layer::blended, frame);
+    for (const auto& [shown, uploaded] : overlaid) draw(batches, *shown, *uploaded, Layer::overlaid, frame);
     vkCmdEndRendering(commands);
   });
 }
 
-void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
-                      const UploadedMarker& uploaded, Layer layer, const Frame& frame) {
+void MarkerPass::draw(Batches& batches, const state::ShownMarker& shown, const UploadedMarker& uploaded,
+                      Layer layer, const Frame& frame) {
+  const VkCommandBuffer commands = batches.commands();
   const Marker& marker = *shown.marker;
   const glm::mat4& world_from_marker = shown.world_from_marker;
   gpu_types::MarkerPush push{};
@@ -476,7 +528,7 @@ void MarkerPass::draw(VkCommandBuffer commands, const state::ShownMarker& shown,
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdSetCullMode(commands, is_closed(marker.kind) ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
   vkCmdSetFrontFace(commands, is_mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
-  vkCmdDraw(commands, vertices, instances, 0, 0);
+  batches.draw(vertices, instances);
 }
 
 }  // namespace fire3dv::passes

@@ -47,7 +47,8 @@ class MarkerPass {
     Targets& targets;  // with colour and depth of the surfaces
     const View& view;
     VkDeviceAddress globals;
-    VkRect2D area;  // scissor in the image
+    VkRect2D area;            // scissor in the image
+    bool in_batches = false;  // see draw_batches.h
   };
   // Draws the selected markers.
   void record(gpu::Recorder& recorder, const Frame& frame);
@@ -92,8 +93,9 @@ class MarkerPass {
   bool grow(VkDeviceSize bytes);
   bool upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging);
   const gpu::Pipeline& pipeline(Layer layer, Shape shape);
-  void draw(VkCommandBuffer commands, const state::ShownMarker& shown, const UploadedMarker& uploaded,
-            Layer layer, const Frame& frame);
+  class Batches;
+  void draw(Batches& batches, const state::ShownMarker& shown, const UploadedMarker& uploaded, Layer layer,
+            const Frame& frame);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;

@@ -5,6 +5,7 @@
 
 #include "renderer/gpu/loader_commands.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/image_globals.h"
 #include "renderer/passes/visibility/visibility_pass.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"
@@ -58,7 +59,8 @@ class RasterVariants : public ValidationIsSilent {
   // Dispatches one shader with the given number of workgroups.
   void run(const std::string& shader, const gpu_types::RasterSet& set, VkExtent3D groups,
            gpu::Buffer& written) {
-    const gpu::Buffer globals = uploaded(std::vector{globals_}), sets = uploaded(std::vector{set});
+    const gpu::Buffer globals = uploaded(std::vector{passes::ImageGlobals{globals_}}),
+                      sets = uploaded(std::vector{set});
     const gpu_types::RasterPush push{globals.address, sets.address, 0};
     const VkPipeline pipeline = pipelines_.of(shader);
     gpu::LoaderCommands loader(device());

@@ -8,6 +8,7 @@
 
 #include "renderer/gpu/loader_commands.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/image_globals.h"
 #include "shaders/shared/types.h"
 #include "tests/render/support/proof_bench.h"
 
@@ -103,7 +104,8 @@ class Tiles : public ValidationIsSilent {
     set.tile_next = tile_next.address;
     set.target = target.address;
     set.tile_capacity = work.tiles.count;
-    const gpu::Buffer all_globals = uploaded(std::vector{globals}), all_sets = uploaded(std::vector{set});
+    const gpu::Buffer all_globals = uploaded(std::vector{passes::ImageGlobals{globals}}),
+                      all_sets = uploaded(std::vector{set});
     const gpu_types::RasterPush push{all_globals.address, all_sets.address, 0};
 
     const VkPipeline pipeline =

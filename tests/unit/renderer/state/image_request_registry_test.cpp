@@ -52,6 +52,27 @@ class ImageBookTest : public ::testing::Test {
   std::vector<ImageRequestRegistry::Due> last_;
 };
 
+// An image that was drawn and not sent is due again, with its number.
+TEST_F(ImageBookTest, UndrawnImagesAreDueAgain) {
+  wire::ImageRequest each = request(6, wire::ImageWhen::every_nth);
+  each.every = 2;
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once)));
+  ASSERT_FALSE(requests_.add(1, each));
+  EXPECT_EQ(due(3), (Ids{5, 6}));
+  const std::vector<ImageRequestRegistry::Due> undrawn = last_;
+  EXPECT_EQ(due(3), Ids{});
+  for (const ImageRequestRegistry::Due& one : undrawn) requests_.mark_undrawn(one);
+  EXPECT_EQ(due(3), (Ids{5, 6}));
+  for (const ImageRequestRegistry::Due& one : last_) EXPECT_EQ(one.number, 1u);
+  EXPECT_EQ(due(4), Ids{});
+  EXPECT_EQ(due(5), Ids{6});
+  EXPECT_EQ(last_[0].number, 2u);
+  const ImageRequestRegistry::Due last = last_[0];
+  requests_.remove_all(1);
+  requests_.mark_undrawn(last);
+  EXPECT_EQ(due(6), Ids{}) << "the requester is gone";
+}
+
 TEST_F(ImageBookTest, OnceIsFirstFrameAfter) {
   ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once, 3)));
   EXPECT_EQ(due(2), Ids{});

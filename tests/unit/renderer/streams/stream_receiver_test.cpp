@@ -177,6 +177,35 @@ TEST_F(StreamReceiverTest, BusyRendererReportsNoStall) {
   EXPECT_EQ(count_stalls(), 1u) << "it does stall";
 }
 
+// Images are slow: who waits for one does not stall.
+TEST_F(StreamReceiverTest, StreamsThatWaitForImagesDoNotStall) {
+  struct Handler final : ImageRequestHandler {
+    void on_image_request(state::RequesterId, const wire::ImageRequest&,
+                          const std::shared_ptr<PeerBudget>&) override {}
+    void on_requester_ended(state::RequesterId) override {}
+    bool owes_image(state::RequesterId, int64_t) const override { return is_owing; }
+    bool is_owing = true;
+  } handler;
+  receiver_.set_image_handler(&handler);
+  link_->deliver(1, LinkEvent::Kind::control, description(42));
+  link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
+  std::vector<std::string> log;
+  const auto wait = [&](int tenths) {
+    for (int i = 0; i < tenths; ++i) {
+      now_ns_ += 100'000'000;
+      receiver_.poll();
+      for (std::string& line : receiver_.take_log_messages()) log.push_back(std::move(line));
+    }
+  };
+  wait(100);
+  EXPECT_EQ(count_of(log, "stalled"), 0u);
+  EXPECT_EQ(count_of(log, "warning: images for stream \"adapter\" take several seconds"), 1u);
+  handler.is_owing = false;
+  wait(10);
+  EXPECT_EQ(count_of(log, "stream \"adapter\" stalled"), 1u) << "it got its image and sends nothing";
+  receiver_.set_image_handler(nullptr);
+}
+
 TEST_F(StreamReceiverTest, ZeroPosesAreReported) {
   const wire::Affine3x4 zeros{{}};
   wire::PoseFrameView view;

@@ -1,0 +1,60 @@
+// Time limits of submissions. Vulkan cannot end a submission that runs. So shaders and draws of content test
+// a word of their image, and this class sets it at the limit: the rest of the content is not drawn, the
+// submission soon ends, and its image is dropped.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "renderer/gpu/device/device.h"
+
+namespace fire3dv::gpu {
+
+class SubmissionLimits {
+ public:
+  explicit SubmissionLimits(Device& device) : device_(device) {}
+  ~SubmissionLimits();
+  SubmissionLimits(const SubmissionLimits&) = delete;
+  SubmissionLimits& operator=(const SubmissionLimits&) = delete;
+
+  // Of later submissions; nullopt (default): they run to their end.
+  void set(std::optional<int64_t> limit_ns) { limit_ns_ = limit_ns; }
+  bool are_set() const { return limit_ns_.has_value(); }
+
+  // A submission was made. words: in mapped memory that stays until its timeline value is completed; not 0
+  // ends its draws.
+  void submitted(uint64_t value, std::span<uint64_t* const> words);
+  // The memory of the words of this submission, which is done, is about to be used again.
+  void release(uint64_t value);
+  // True if the submission has reached its limit: its image lacks content.
+  bool has_ended_early(uint64_t value) const;
+  // Run time of the last submission that reached its limit; once.
+  std::optional<int64_t> take_ended_early();
+
+ private:
+  struct Running {
+    uint64_t value = 0;
+    int64_t limit_ns = 0;
+    std::vector<uint64_t*> words;
+  };
+  void watch(const std::stop_token& stop);
+  void end_now(int64_t ran_ns);  // requires mutex_
+
+  Device& device_;
+  std::optional<int64_t> limit_ns_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<Running> running_;      // oldest first
+  std::deque<uint64_t> early_ends_;  // of the last submissions
+  std::optional<int64_t> ended_ns_;
+  std::jthread thread_;  // from the first limited submission on; last: it uses the members above
+};
+
+}  // namespace fire3dv::gpu
