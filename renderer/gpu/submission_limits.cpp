@@ -5,12 +5,15 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "renderer/gpu/device/pipeline_count.h"
 
 namespace fire3dv::gpu {
 namespace {
 
 constexpr int64_t kStepNs = 20'000'000;  // between looks at the end of this object
 constexpr size_t kMaxEarlyEnds = 256;    // far more submissions than are in flight
+// More time for a submission that uses pipelines for the first time: compilation is no content.
+constexpr int64_t kCompilationNs = 5'000'000'000;
 
 }  // namespace
 
@@ -19,9 +22,11 @@ SubmissionLimits::~SubmissionLimits() {
 }
 
 void SubmissionLimits::submitted(uint64_t value, std::span<uint64_t* const> words) {
+  const uint64_t pipelines = pipelines_begun();
+  const bool compiles = std::exchange(pipelines_, pipelines) != pipelines;
   if (!limit_ns_) return;
   const std::lock_guard lock(mutex_);
-  running_.push_back({value, *limit_ns_, {words.begin(), words.end()}});
+  running_.push_back({value, *limit_ns_ + (compiles ? kCompilationNs : 0), {words.begin(), words.end()}});
   if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
   changed_.notify_one();
 }

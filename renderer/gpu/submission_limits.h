@@ -48,6 +48,7 @@ class SubmissionLimits {
 
   Device& device_;
   std::optional<int64_t> limit_ns_;
+  uint64_t pipelines_ = 0;  // pipelines_begun() of the last submission
 
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

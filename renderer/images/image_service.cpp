@@ -141,6 +141,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     if (!is_first && next_cost > max_cost) break;
     const Mark before = submitted();
     if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
+    frames.limits().set(view ? draw_time_->abandon_after_ns() : std::nullopt);
     draw_round(frames, moment, {max_bytes, max_cost});
     scene_.vertex_pacing().frame_recorded(frames.frame_index());
     report_samples();

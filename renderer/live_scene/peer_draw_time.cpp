@@ -49,6 +49,11 @@ void PeerDrawTime::poll() {
     const PeerBudget* const peer = poses_.streams()[id].active ? poses_.budget(id).get() : nullptr;
     if (peer && std::ranges::find(peers, peer) == peers.end()) peers.push_back(peer);
   }
+  // Content of a peer that has left stays for a grace time; it does not return for that.
+  for (const Policy::Report& report : policy_.report()) {
+    const bool is_gone = report.is_hidden && std::ranges::find(peers, report.peer) == peers.end();
+    if (is_gone && has_content(report.peer)) peers.push_back(report.peer);
+  }
   (void)policy_.set_peers(peers);
   for (const PeerBudget* const peer : scene_.take_changed_peers()) {
     refused_.erase(peer);
@@ -66,6 +71,15 @@ void PeerDrawTime::poll() {
   }
   (void)apply();
   if (policy_.is_active() || has_costs_) store_costs();
+}
+
+bool PeerDrawTime::has_content(Policy::Peer peer) const {
+  const auto has = [&](const auto& list, auto member) {
+    return std::ranges::find(list, peer, member) != list.end();
+  };
+  return has(scene_.markers().shown(), &state::ShownMarker::peer) ||
+         has(scene_.markers().held_back(), &state::ShownMarker::peer) ||
+         has(scene_.peer_roots(), &LiveScene::PeerRoot::peer);
 }
 
 void PeerDrawTime::store_costs() {

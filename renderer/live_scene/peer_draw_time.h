@@ -72,6 +72,7 @@ class PeerDrawTime {
 
   using Meshes = std::map<Policy::Peer, std::vector<MeshNode>>;
   static Meshes meshes_below(const scene::Scene& scene, const std::vector<LiveScene::PeerRoot>& roots);
+  bool has_content(Policy::Peer peer) const;
   void find_meshes();
   const std::vector<Policy::Content>& content_of(const View& view, int64_t now_ns);
   void add_markers(const View& view, std::map<Policy::Peer, Policy::Content>& content) const;

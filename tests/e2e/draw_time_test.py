@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import struct
+import sys
 
 import numpy
 
@@ -156,6 +157,35 @@ def hides(test, load):
     stop(renderer)
 
 
+KILLED = """
+import sys, time, numpy, fire3dv
+with fire3dv.Stream(sys.argv[1], adapter_name="greedy") as stream:
+    stream.describe([])
+    stream.points("load", numpy.tile(numpy.float32([0, 0, float(sys.argv[2])]), (20_000, 1)), colors=(1.0, 0.0, 0.0), size_px=1000)
+    time.sleep(600)
+"""
+
+
+def killed(test):
+    """Content of a peer that was killed stays for a grace time, and hidden."""
+    renderer = renderer_of(test, "tcp://127.0.0.1:0")
+    uri = uri_of(renderer)
+    honest = Honest(uri)
+    check(honest.shows_bars(), "the bars are not shown at first")
+    greedy = Program(test, "greedy", [sys.executable, "-c", KILLED, uri, str(FRONT)], dict(os.environ))
+
+    def warned():
+        check(honest.shows_bars(), "an image shows the expensive content")
+        return any('"greedy"' in line and "--peer-limit draw-time=off" in line for line in renderer.err)
+    wait_until(lambda: f"the warning; last: {renderer.err[-3:]}", warned)
+    greedy.kill()
+    wait_until("the end of its connection", lambda: honest.shows_bars() and renderer.find_err('"greedy" ended'))
+    for _ in range(20):
+        check(honest.shows_bars(), "an image shows the content of a peer that is gone")
+    honest.stream.close()
+    stop(renderer)
+
+
 def alone(test):
     """One peer alone sees all of its content, and so it does after others have left."""
     renderer = renderer_of(test, "tcp://127.0.0.1:0")
@@ -214,7 +244,7 @@ def files(test):
 
 
 CASES = {f"hides_{name}": lambda test, load=load: hides(test, load) for name, load in LOADS.items()}
-CASES.update({"alone": alone, "off": off, "files": files})
+CASES.update({"killed": killed, "alone": alone, "off": off, "files": files})
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv"])

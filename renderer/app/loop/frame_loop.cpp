@@ -380,6 +380,9 @@ Result<void> FrameLoop::draw() {
                                                     .markers = request.markers});
     if (is_changed) show_markers();
   }
+  // Images in files are whole.
+  const bool is_stored = wants_pixels() || (context_.window && context_.window->captures_image());
+  frames_.limits().set(is_stored ? std::nullopt : draw_time_.abandon_after_ns());
   Progress progress("fire3dv", "samples per pixel:");
   Result<std::optional<passes::SceneRenderer::BegunFrame>> frame =
       context_.renderer.begin_next(frames_, request, context_.poses, view, path_hooks(view, progress));
@@ -477,6 +480,8 @@ Result<void> FrameLoop::deliver() {
   if (context_.options.lockstep) image_service_.wait(image_service_.submitted());
   if (Result<void> delivered = captures_.deliver(context_.sink); !delivered) return delivered;
   image_service_.deliver();
+  if (const std::optional<int64_t> ran_ns = frames_.limits().take_ended_early())
+    draw_time_.abandoned(*ran_ns);
   if (context_.window) context_.window->deliver();
   while (!unacknowledged_.empty() && image_service_.is_done(unacknowledged_.front().drawn)) {
     if (!first_finished_) first_finished_ = Clock::now();

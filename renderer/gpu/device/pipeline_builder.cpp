@@ -1,12 +1,23 @@
 #include "renderer/gpu/device/pipeline_builder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <system_error>
 #include <utility>
 
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/device/pipeline_count.h"
 
 namespace fire3dv::gpu {
+namespace {
+
+std::atomic<uint64_t> begun{0};
+
+}  // namespace
+
+uint64_t pipelines_begun() {
+  return begun;
+}
 
 VkPipeline PipelineMaking::get() {
   const std::lock_guard lock(mutex_);
@@ -92,6 +103,7 @@ Pipeline& Pipeline::operator=(Pipeline&& other) noexcept {
 
 VkPipeline Pipeline::get() const {
   if (making_) {
+    ++begun;
     const VkPipeline made = making_->get();
     if (making_->stays()) device_->pipeline_keeper().hold(made);
     handle_ = PipelineHandle(*device_, made);

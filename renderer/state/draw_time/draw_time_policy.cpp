@@ -31,8 +31,8 @@ constexpr int64_t kQuietNs = kSecondNs;        // the content has to fit for so 
 constexpr int64_t kMissingNs = 5 * kSecondNs;  // content that no image has for so long is gone
 constexpr int64_t kTrialIntervals = 16;        // intervals after which it returns as a trial
 constexpr double kReportedShare = 0.6, kForgottenShare = 0.3;
-constexpr double kMaxBuildNs = 0.5e9;       // of acceleration structures of new content
-constexpr double kMinAbandonedNs = 0.25e9;  // of images: shorter ones are drawn to their end
+constexpr double kMaxBuildNs = 0.5e9;      // of acceleration structures of new content
+constexpr double kMinAbandonedNs = 0.5e9;  // of images: shorter ones are drawn to their end
 constexpr size_t kMaxKinds = 256;
 constexpr int64_t kOldKindNs = 60 * kSecondNs;
 constexpr double kMaxScale = 50;
