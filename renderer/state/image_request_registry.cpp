@@ -249,6 +249,7 @@ void ImageRequestRegistry::mark_rendered(const Due& due) {
 void ImageRequestRegistry::mark_undrawn(const Due& due) {
   const auto places = requests_.find(due.requester);
   if (places == requests_.end()) return;
+  changed(due.requester);
   const wire::ImageRequest& request = due.request;
   // A request of one image was closed. It was within the budget, which is not charged again.
   Entry& entry = places->second.try_emplace(request.place, Entry{.request = request}).first->second;
