@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/clock.h"
 #include "renderer/app/device_uploader.h"
 #include "renderer/images/image_service.h"
 #include "renderer/passes/path/path_pass.h"
@@ -98,7 +99,8 @@ class PathRequests : public ValidationIsSilent {
   // Serves requests until the condition holds; fails if it does not come to hold.
   template <typename Condition>
   void serve_until(Condition&& condition) {
-    for (int turn = 0; turn < 100'000; ++turn) {
+    // Not a number of turns: those in which a requester has its quiet time cost next to nothing.
+    for (const int64_t end_ns = monotonic_ns() + 60 * kSecondNs; monotonic_ns() < end_ns;) {
       if (condition()) return;
       (void)service_.draw_due(bench_.frames());
       service_.wait(service_.submitted());
