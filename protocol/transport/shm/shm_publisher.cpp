@@ -25,7 +25,6 @@ constexpr int64_t kCountReadersEveryNs = 20 * kMillisecondNs;
 constexpr int64_t kKeepReplacedForNs = 2 * kSecondNs;
 constexpr int64_t kRetryGrowthAfterNs = kSecondNs;
 constexpr int64_t kLookAtNameEveryNs = kSecondNs;
-constexpr uint32_t kPosesBetweenLooks = 256;  // of a simulator that never polls
 constexpr uint32_t kMaxRingSlots = 1024;
 constexpr size_t kMaxUnreadReplies = 1024;
 constexpr int kMaxReadAtOnce = 1024;
@@ -128,7 +127,6 @@ class ShmPublisher final : public PublisherLink {
   int64_t next_count_ns_ = 0;
   int64_t no_growth_until_ns_ = 0;
   int64_t next_look_at_name_ns_ = 0;
-  uint32_t poses_since_look_ = 0;
   std::string problem_;
   LinkCounters counters_;
 };
@@ -181,7 +179,6 @@ Result<void> ShmPublisher::grow(const SegmentSizes& sizes, const wire::Bytes& de
 // readers go on, but later ones would find nothing: a new segment takes the name, and all readers follow.
 void ShmPublisher::look_at_name(int64_t now_ns) noexcept {
   next_look_at_name_ns_ = now_ns + kLookAtNameEveryNs;
-  poses_since_look_ = 0;
   try {
     const FileId named = file_id(segment_path(name_));
     if (named == file_id(now_->segment.fd.get())) return problem_.clear();
@@ -260,7 +257,6 @@ bool ShmPublisher::publish(const wire::MessagePieces& message, bool) noexcept {
   tag_of_newest_pose_ = description_number_;
   counters_.messages_sent.add_alone(1);
   counters_.bytes_sent.add_alone(message.size());
-  if (++poses_since_look_ >= kPosesBetweenLooks) look_at_name(monotonic_ns());
   return true;
 }
 

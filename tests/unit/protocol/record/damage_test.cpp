@@ -67,7 +67,7 @@ TEST(RecordDamage, TruncationKeepsWholeChunks) {
     if (length % 16 != 0) continue;
     bool has_summary = false;
     ASSERT_TRUE(same_but_channels(recovered_messages(cut, has_summary), kept)) << length;
-    ASSERT_TRUE(has_summary);
+    ASSERT_EQ(has_summary, !kept.empty()) << length;  // of nothing there is no file
   }
 }
 
@@ -90,11 +90,20 @@ TEST(RecordDamage, FlippedBitsAreDetected) {
       }
       // In order, and without invented messages.
       const std::vector<LoggedMessage> kept = all_messages(*reader);
-      size_t next = 0;
+      size_t next = 0, found = 0;
       for (const LoggedMessage& each : kept) {
         while (next < all.size() && !(all[next] == each)) ++next;
-        ASSERT_LT(next, all.size()) << "byte " << at << " gave a message that was never written";
+        if (next == all.size()) break;
         ++next;
+        ++found;
+      }
+      // Records outside of chunks have no checksum of their own: a definition there can become a message,
+      // which is said.
+      if (found < kept.size()) {
+        ASSERT_EQ(reader->index().remark, "it has messages outside of chunks")
+            << "byte " << at << " gave a message that was never written";
+        ++detected;
+        continue;
       }
       const auto report = record::verify(*reader, [](const record::Message&) {});
       if (!report.ok() || !report->sound())
