@@ -79,35 +79,29 @@ std::string file_of(const std::string& uri) {
 }
 
 TEST(Shm, RemovedFileIsMadeAgain) {
-  for (const bool polls : {true, false}) {
-    SCOPED_TRACE(polls ? "a publisher that polls" : "a publisher that never polls");
-    const std::string uri = unique_shm_uri("removed");
-    auto publisher = open_publisher_or_fail(uri);
-    ASSERT_TRUE(publisher->set_description(bytes_of("description")));
-    ASSERT_TRUE(publisher->put_state(
-        1, std::make_shared<wire::Bytes>(bytes_of("state").begin(), bytes_of("state").end())));
-    Listener first(uri);
-    ASSERT_TRUE(publish_until_seen(*publisher, first, "pose"));
-    ASSERT_TRUE(std::filesystem::remove(file_of(uri)));
-    ASSERT_TRUE(first.poll_until([&] { return first.saw_part(Kind::note, "removed from /dev/shm"); }));
-    std::vector<std::byte> reply;
-    Listener later(uri);
-    ASSERT_TRUE(later.poll_until([&] {
-      if (polls)
-        publisher->poll(reply);
-      else
-        publisher->publish(message_of("pose"));
-      return later.saw(Kind::pose, "pose");
-    }));
-    EXPECT_TRUE(later.saw(Kind::control, "description"));
-    EXPECT_TRUE(later.saw(Kind::control, "state"));
-    ASSERT_TRUE(publish_until_seen(*publisher, first, "next"));
-    EXPECT_EQ(first.count(Kind::disconnected), 0u) << "a connected reader follows";
-    EXPECT_EQ(first.count(Kind::note), 1u);
-    EXPECT_EQ(publisher->problem(), "");
-    publisher.reset();
-    EXPECT_FALSE(std::filesystem::exists(file_of(uri)));
-  }
+  const std::string uri = unique_shm_uri("removed");
+  auto publisher = open_publisher_or_fail(uri);
+  ASSERT_TRUE(publisher->set_description(bytes_of("description")));
+  ASSERT_TRUE(publisher->put_state(
+      1, std::make_shared<wire::Bytes>(bytes_of("state").begin(), bytes_of("state").end())));
+  Listener first(uri);
+  ASSERT_TRUE(publish_until_seen(*publisher, first, "pose"));
+  ASSERT_TRUE(std::filesystem::remove(file_of(uri)));
+  ASSERT_TRUE(first.poll_until([&] { return first.saw_part(Kind::note, "removed from /dev/shm"); }));
+  std::vector<std::byte> reply;
+  Listener later(uri);
+  ASSERT_TRUE(later.poll_until([&] {
+    publisher->poll(reply);
+    return later.saw(Kind::pose, "pose");
+  }));
+  EXPECT_TRUE(later.saw(Kind::control, "description"));
+  EXPECT_TRUE(later.saw(Kind::control, "state"));
+  ASSERT_TRUE(publish_until_seen(*publisher, first, "next"));
+  EXPECT_EQ(first.count(Kind::disconnected), 0u) << "a connected reader follows";
+  EXPECT_EQ(first.count(Kind::note), 1u);
+  EXPECT_EQ(publisher->problem(), "");
+  publisher.reset();
+  EXPECT_FALSE(std::filesystem::exists(file_of(uri)));
 }
 
 TEST(Shm, NameTakenByAnotherPublisherIsAProblem) {
