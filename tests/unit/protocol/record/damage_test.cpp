@@ -100,8 +100,9 @@ TEST(RecordDamage, FlippedBitsAreDetected) {
       const auto report = record::verify(*reader, [](const record::Message&) {});
       const bool is_sound = report.ok() && report->sound();
       // Records outside of chunks have no checksum of their own: a definition there can become a message.
-      if (found < kept.size())
+      if (found < kept.size()) {
         ASSERT_FALSE(is_sound) << "byte " << at << " gave a message that was never written";
+      }
       if (!is_sound)
         ++detected;
       else
