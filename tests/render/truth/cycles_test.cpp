@@ -1,5 +1,5 @@
 // Path tracer and raster against images of Blender's Cycles: tests/render/goldens/cycles, made by
-// tools/lab/truth/cycles_goldens.py. The goldens hold linear radiance in halves.
+// tools/lab/truth/truth.py --cycles. The goldens hold linear radiance in halves.
 #include <OpenEXR/ImfRgbaFile.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 """Renders one glTF scene with Blender's Cycles; runs inside of Blender 3.4 (Debian 12), which has no other use here.
 
     blender -b --factory-startup -noaudio -P cycles_reference.py -- SCENE.glb OUT.npy --size 64x48 --spp 1024 --bounces 0
-        [--seed 1] [--environment FILE.exr]
+        [--seed 1] [--environment FILE.exr] [--background 000000]
 
 OUT.npy has linear radiance in the units of the file (1 cd: 1 W/sr; 1 lx: 1 W/m2), float32, rows from the top. The
 defaults of Blender that are biased or differ from glTF are changed; docs/truth.md lists what remains different.
@@ -30,6 +30,7 @@ def arguments():
     parser.add_argument("--bounces", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--environment", default="")
+    parser.add_argument("--background", choices=("environment", "000000"), default="environment")
     parser.add_argument("--camera", default="")
     parser.add_argument("--facets", choices=("one-bounce", "all-bounces"), default="all-bounces")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
@@ -48,16 +49,28 @@ def gltf_materials(path):
     return known
 
 
-def replace_surface(material, node_type, color, roughness=None, distribution=None):
+def replace_surface(material, node_type, color, roughness, distribution, emission, alpha):
     tree = material.node_tree
     output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
     surface = tree.nodes.new(node_type)
     surface.inputs["Color"].default_value = (*color, 1)
-    if roughness is not None:
-        surface.inputs["Roughness"].default_value = roughness
+    surface.inputs["Roughness"].default_value = roughness
     if distribution is not None:
         surface.distribution = distribution
-    tree.links.new(surface.outputs["BSDF"], output.inputs["Surface"])
+    shader = surface.outputs["BSDF"]
+    if any(emission):
+        light, total = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeAddShader")
+        light.inputs["Color"].default_value = (*emission, 1)
+        tree.links.new(shader, total.inputs[0])
+        tree.links.new(light.outputs[0], total.inputs[1])
+        shader = total.outputs[0]
+    if alpha < 1:
+        clear, mixed = tree.nodes.new("ShaderNodeBsdfTransparent"), tree.nodes.new("ShaderNodeMixShader")
+        mixed.inputs["Fac"].default_value = alpha
+        tree.links.new(clear.outputs[0], mixed.inputs[1])
+        tree.links.new(shader, mixed.inputs[2])
+        shader = mixed.outputs[0]
+    tree.links.new(shader, output.inputs["Surface"])
 
 
 def set_materials(path, facets):
@@ -67,12 +80,13 @@ def set_materials(path, facets):
         gltf = known.get(material.name.split(".")[0], {})
         base = gltf.get("pbrMetallicRoughness", {})
         metallic, roughness = base.get("metallicFactor", 1), base.get("roughnessFactor", 1)
-        color = base.get("baseColorFactor", [1, 1, 1, 1])[:3]
+        *color, alpha = base.get("baseColorFactor", [1, 1, 1, 1])
+        rest = gltf.get("emissiveFactor", [0, 0, 0]), alpha if gltf.get("alphaMode") == "BLEND" else 1
         specular = gltf.get("extensions", {}).get("KHR_materials_specular", {}).get("specularFactor", 1)
         if metallic == 0 and specular == 0:  # the Principled node has Burley's diffuse lobe, and keeps its highlight
-            replace_surface(material, "ShaderNodeBsdfDiffuse", color, 0)
+            replace_surface(material, "ShaderNodeBsdfDiffuse", color, 0, None, *rest)
         elif metallic == 1 and min(color) == 1:  # without the Fresnel term of the Principled node
-            replace_surface(material, "ShaderNodeBsdfGlossy", color, roughness, distribution)
+            replace_surface(material, "ShaderNodeBsdfGlossy", color, roughness, distribution, *rest)
         for node in material.node_tree.nodes if material.use_nodes else ():
             if node.type == "BSDF_PRINCIPLED":
                 node.distribution = distribution
@@ -103,6 +117,7 @@ def set_renderer(scene, options, width, height):
     render, cycles = scene.render, scene.cycles
     render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     render.dither_intensity = 0
+    render.film_transparent = options.background == "000000"
     cycles.samples, cycles.seed = options.spp, options.seed
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.pixel_filter_type = "BOX"

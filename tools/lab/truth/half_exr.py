@@ -1,4 +1,4 @@
-"""Writer of small OpenEXR files: channels R, G and B of halves, ZIP-compressed, without metadata."""
+"""Small OpenEXR files: channels R, G and B of halves, ZIP-compressed, without metadata. Reads what it writes."""
 import struct
 import zlib
 
@@ -45,3 +45,30 @@ def write(path, pixels):
         offset += len(block)
     with open(path, "wb") as file:
         file.write(header + table + b"".join(blocks))
+
+
+def _expanded(packed, size):
+    if len(packed) == size:
+        return packed
+    split = np.frombuffer(zlib.decompress(packed), np.uint8).astype(np.int64)
+    split[1:] -= 128
+    split = np.cumsum(split).astype(np.uint8)
+    data = np.empty(size, np.uint8)
+    data[0::2], data[1::2] = split[:(size + 1) // 2], split[(size + 1) // 2:]
+    return data.tobytes()
+
+
+def read(path):
+    """Float array of rows x columns x RGB of a file that write() made."""
+    with open(path, "rb") as file:
+        data = file.read()
+    at = data.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4
+    width, height = (edge + 1 for edge in struct.unpack_from("<2i", data, at + 8))
+    at = data.index(b"screenWindowWidth\0float\0") + len(b"screenWindowWidth\0float\0") + 9  # length, value, end of header
+    pixels = np.empty((height, width, 3), np.float32)
+    for offset, in struct.iter_unpack("<Q", data[at:at + 8 * -(-height // ROWS)]):
+        top, length = struct.unpack_from("<ii", data, offset)
+        rows = min(ROWS, height - top)
+        halves = np.frombuffer(_expanded(data[offset + 8:offset + 8 + length], rows * width * 6), "<f2")
+        pixels[top:top + rows] = halves.reshape(rows, 3, width).transpose(0, 2, 1)[..., ::-1]
+    return pixels
