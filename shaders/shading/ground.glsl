@@ -11,19 +11,31 @@ float ground_visibility(GlobalsRef globals, uint light_index, LightSample light,
 #else
 #include "shading/shadow_maps.glsl"
 
-// Mean of five filtered lookups, since texels of a map are larger than pixels near the camera.
+// Lit and known share of the four texels around a point of the plane, with bilinear weights. A caster that is nearer to
+// the plane than the map resolves (a body's foot) is unknown: it may be above the point or beside it.
+vec2 known_light(GlobalsRef globals, RasterView view, vec3 position_world, LightSample light) {
+  const ShadowMapPoint at = shadow_map_point(view, position_world);
+  if (!at.inside) return vec2(1);
+  const float unresolved_m = 1.5 * slope_m(at, vec3(0, 1, 0), light.to_light);
+  const FilterTexels texels = filter_texels(globals, at);
+  const vec4 lit = vec4(lessThan(texels.at, uvec4(encoded_nearer_by(globals, at, -unresolved_m))));
+  const vec4 shadowed = vec4(greaterThanEqual(texels.at, uvec4(encoded_nearer_by(globals, at, unresolved_m))));
+  return vec2(filtered(texels, lit), filtered(texels, lit + shadowed));
+}
+
+// Mean of the known texels of five filtered lookups, since texels of a map are larger than pixels near the camera.
 float ground_visibility(GlobalsRef globals, uint light_index, LightSample light, vec3 position_world) {
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF || globals.value.light_views == 0) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
   if (shadow.rays == 0) return 1;
-  const vec3 up = vec3(0, 1, 0);
+  const RasterView view = view_of(globals, shadow, light);
   const float step_m = 0.002 * globals.value.ground_radius_m;
-  float sum = map_visibility(globals, shadow, position_world, up, light);
+  vec2 sum = known_light(globals, view, position_world, light);
   for (int i = 0; i < 4; ++i) {
     const vec3 offset = step_m * vec3(i < 2 ? 1 : -1, 0, (i & 1) == 0 ? 0.5 : -0.5);
-    sum += map_visibility(globals, shadow, position_world + offset, up, light);
+    sum += known_light(globals, view, position_world + offset, light);
   }
-  return sum / 5;
+  return sum.y > 1e-3 ? min(sum.x / sum.y, 1) : 0;
 }
 #endif
 
@@ -47,5 +59,20 @@ float ground_factor(GlobalsRef globals, vec3 direction) {
   }
   return whole > 0 ? mix(1, arriving / whole, fade) : 1;
 }
+
+#ifndef FIRE3DV_PATH_TRACED
+vec3 direction_at(GlobalsRef globals, vec2 position) {
+  const vec2 ndc = position / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  return globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y + globals.value.world_from_ndc_origin;
+}
+
+// Radiance of a pixel's background: sampled at the centre, but the shadow at the mean of the visible samples, since the
+// plane at the centre may lie under a body. center, offset: in pixels.
+vec3 background_of(GlobalsRef globals, vec2 center, vec2 offset) {
+  const vec3 radiance = background_radiance(globals, direction_at(globals, center));
+  if (globals.value.ground_radius_m <= 0) return radiance;
+  return radiance * ground_factor(globals, direction_at(globals, center + offset));
+}
+#endif
 
 #endif

@@ -86,23 +86,18 @@ vec3 shaded(GlobalsRef globals, uint id, vec2 position) {
 #endif
 }
 
-// Sampled at the pixel's centre for any free samples, as in the raster pipeline.
-vec3 background_of(GlobalsRef globals, uvec2 pixel) {
-  const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
-  const vec3 direction = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
-                         globals.value.world_from_ndc_origin;
-  is_display_referred = is_background_display_referred(globals);
-  return background_radiance(globals, direction) * ground_factor(globals, direction);
-}
-
 vec3 color_of(GlobalsRef globals, uint id, uvec2 pixel, uint samples) {
-  if (id == 0) return background_of(globals, pixel);
+  const vec2 position = position_of_samples(pixel, samples);
+  if (id == 0) {
+    is_display_referred = is_background_display_referred(globals);
+    return background_of(globals, vec2(pixel) + 0.5, position - vec2(pixel) - 0.5);
+  }
   shaded_pixel = pixel.y * globals.value.width + pixel.x;
   shaded_samples = samples;
 #ifdef FIRE3DV_RAY_EFFECTS
   ray_effect = ray_effect_at(globals, push.visibility, push.ray_effects, pixel, id, samples);
 #endif
-  return shaded(globals, id, position_of_samples(pixel, samples));
+  return shaded(globals, id, position);
 }
 
 // Pixel of a lane: of the image, or of the list in a re-shade. Invalid pixels lie outside of the image.

@@ -133,14 +133,6 @@ vec3 shaded(uint id, vec2 position, const bool together) {
   return shade(globals, material, surface_base_color(material, point), point).rgb;
 }
 
-vec3 background_of(uvec2 pixel) {
-  const vec2 ndc = (vec2(pixel) + 0.5) / vec2(globals.value.width, globals.value.height) * 2 - 1;
-  const vec3 direction = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
-                         globals.value.world_from_ndc_origin;
-  is_display_referred = is_background_display_referred(globals);
-  return background_radiance(globals, direction) * ground_factor(globals, direction);
-}
-
 // A group shades 8 x 8 pixels, or 64 listed ones, in blocks of 2 x 4 pixels per vector. Fewer of these blocks
 // cross borders between surfaces than rows of 8. The first two blocks fetch all rows of the visibility
 // buffer. Indices beyond the image or list repeat the last one, so that all lanes stay active.
@@ -218,12 +210,14 @@ void shade_pixel() {
     is_own_surface = own && id != 0;
 #endif
     vec3 color = vec3(0);
-    if (shown != 0) color = shaded(shown, position_of_samples(pixel, shaded_samples), together);
+    const vec2 position = position_of_samples(pixel, shaded_samples);
+    if (shown != 0) color = shaded(shown, position, together);
     if (id == 0) {
 #ifdef FIRE3DV_TEST_MAPS
       if (together) forget_shadows();
 #endif
-      color = background_of(pixel);
+      is_display_referred = is_background_display_referred(globals);
+      color = background_of(globals, vec2(pixel) + 0.5, position - vec2(pixel) - 0.5);
     }
     put(pixel, color, shaded_samples);
     together = false;

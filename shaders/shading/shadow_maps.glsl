@@ -108,22 +108,37 @@ uint shadow_map_test(GlobalsRef globals, RasterView view, uint part, vec3 point_
   return farthest != 0 && nearer_by_m(at, farthest) >= clearly_m ? kShadowed : kUnresolved;
 }
 
-// Shadow maps without rays: percentage-closer filtering of four texels with bilinear weights.
+// Four texels around a point and their bilinear weights.
+struct FilterTexels {
+  uvec4 at;  // encode_depth() values
+  vec2 weight;
+};
+
+FilterTexels filter_texels(GlobalsRef globals, ShadowMapPoint at) {
+  // Two texels of a row per read halve the address arithmetic.
+  const ivec2 first = clamp(ivec2(floor(at.texel - 0.5)), ivec2(0), ivec2(at.view.width - 2));
+  const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (at.view.first_texel + uint(first.y) * at.view.width + first.x));
+  return FilterTexels(uvec4(TexelsRef(row).at, TexelsRef(row + 4 * at.view.width).at), clamp(at.texel - 0.5 - vec2(first), 0, 1));
+}
+
+float filtered(FilterTexels texels, vec4 values) {
+  const vec2 along_x = mix(values.xz, values.yw, texels.weight.x);
+  return mix(along_x.x, along_x.y, texels.weight.y);
+}
+
+// Depth for comparisons with the stored encoding. Empty texels have depth 0; the clamp also covers points beyond the
+// map's depth range.
+uint encoded_nearer_by(GlobalsRef globals, ShadowMapPoint at, float by_m) {
+  return encode_depth(clamp(depth_nearer_by(at, by_m), 1e-30, kMaxDepth), globals.value.map_generation);
+}
+
+// Shadow maps without rays: percentage-closer filtering of four texels.
 float map_visibility(GlobalsRef globals, RasterView view, vec3 point_world, vec3 plane_normal, LightSample light) {
   const ShadowMapPoint at = shadow_map_point(view, point_world);
   if (!at.inside) return 1;
   const float bias_m = 1.5 * slope_m(at, plane_normal, light.to_light);
-  // Two texels of a row per read halve the address arithmetic.
-  const ivec2 first = clamp(ivec2(floor(at.texel - 0.5)), ivec2(0), ivec2(view.width - 2));
-  const vec2 weight = clamp(at.texel - 0.5 - vec2(first), 0, 1);
-  const uint64_t row = globals.value.shadow_maps + uint64_t(4 * (view.first_texel + uint(first.y) * view.width + first.x));
-  const uvec4 texels = uvec4(TexelsRef(row).at, TexelsRef(row + 4 * view.width).at);
-  // The comparison uses the stored encoding. Empty texels have depth 0; the clamp also covers points beyond
-  // the map's depth range.
-  const float clear = clamp(depth_nearer_by(at, bias_m), 1e-30, kMaxDepth);
-  const vec4 lit = vec4(lessThan(texels, uvec4(encode_depth(clear, globals.value.map_generation))));
-  const vec2 along_x = mix(lit.xz, lit.yw, weight.x);
-  return mix(along_x.x, along_x.y, weight.y);
+  const FilterTexels texels = filter_texels(globals, at);
+  return filtered(texels, vec4(lessThan(texels.at, uvec4(encoded_nearer_by(globals, at, bias_m)))));
 }
 
 float map_visibility(GlobalsRef globals, LightShadow shadow, vec3 point_world, vec3 plane_normal, LightSample light) {

@@ -144,17 +144,21 @@ ForwardPass::ForwardPass(gpu::Device& device, VkPipelineLayout layout, VkSampleC
   gpu::GraphicsPipelineInfo info;
   info.samples = samples;
   info.vertex_shader = "background.vert";
-  info.fragment_shader = "background.frag";
+  info.fragment_shader = knows_visible_samples() ? "background_visible.frag" : "background.frag";
   info.depth_write = false;
   info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
   background_ = gpu::create_graphics_pipeline(device, layout, info);
+}
+
+bool ForwardPass::knows_visible_samples() const {
+  return samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
 }
 
 const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags) {
   if (stage == Stage::depth) material_flags = 0;
   gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage, material_flags}];
   if (known) return known;
-  const bool visible_places = samples_ == VK_SAMPLE_COUNT_4_BIT && device_.report().visible_coverage;
+  const bool visible_places = knows_visible_samples();
   std::string fragment_shader;
   ShaderVariant variant;
   variant.material_flags = material_flags;

@@ -46,6 +46,7 @@ class ForwardPass {
     std::vector<uint32_t> batches;  // number of commands of each
   };
   enum class Stage : uint8_t { depth, color };
+  bool knows_visible_samples() const;  // shading is evaluated at the mean of a pixel's visible samples
   // material_flags: as in GpuScene.
   const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags);
   std::vector<BinCommands> bin_commands(gpu::StagingRing& staging, const Frame& frame) const;

@@ -1,7 +1,9 @@
 // Render test of the default look: display-referred colours, the gradient, and the shadow catcher.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "renderer/scene/textures/environment.h"
 #include "tests/render/support/proof_bench.h"
@@ -164,6 +166,94 @@ TEST_F(DefaultLook, GroundShowsShadowsOnBackground) {
     const sinks::FrameImage from_below = bench.draw(poses, below);
     below.ground = scene::Ground{0, 20, {0, 0}};
     EXPECT_EQ(bench.draw(poses, below).rgba8, from_below.rgba8) << "seen from below";
+  }
+}
+
+// A post that stands on the ground; the sun shines towards +x and down by 45 degrees.
+constexpr glm::vec3 kPostLow{-0.15f, 0, -0.15f}, kPostHigh{0.15f, 2, 0.15f};
+
+scene::Scene post_on_ground(glm::vec3 color) {
+  SceneBuilder builder;
+  scene::Material material = matte(color);
+  material.unlit = true;
+  builder.mesh_node("post", builder.box(builder.material(material), 0.5f * (kPostHigh - kPostLow)),
+                    at(0.5f * (kPostHigh + kPostLow)));
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({1, -1, 0}));
+  return builder.build();
+}
+
+bool meets_post(const glm::vec3& from, const glm::vec3& direction) {
+  const glm::vec3 a = (kPostLow - from) / direction, b = (kPostHigh - from) / direction;
+  const glm::vec3 enters = glm::min(a, b), leaves = glm::max(a, b);
+  return std::max({enters.x, enters.y, enters.z, 0.0f}) < std::min({leaves.x, leaves.y, leaves.z});
+}
+
+enum class Shown { post, shadow, light, unclear };
+
+// What an image position shows; unclear: within margin_m of the shadow's border.
+Shown shown_at(const passes::View& view, glm::vec2 ndc, float margin_m) {
+  const glm::vec3 ray =
+      view.world_from_ndc_x * ndc.x + view.world_from_ndc_y * ndc.y + view.world_from_ndc_origin;
+  if (meets_post(view.eye_world, ray)) return Shown::post;
+  if (ray.y >= 0) return Shown::unclear;
+  const glm::vec3 ground = view.eye_world - ray * (view.eye_world.y / ray.y);
+  const glm::vec3 to_sun{-1, 1, 1e-6f};
+  const bool is_shadow = meets_post(ground, to_sun);
+  for (const glm::vec3 offset :
+       {glm::vec3(margin_m, 0, 0), glm::vec3(0, 0, margin_m), glm::vec3(0, 0, -margin_m)}) {
+    if (meets_post(ground + offset, to_sun) != is_shadow) return Shown::unclear;
+  }
+  return is_shadow ? Shown::shadow : Shown::light;
+}
+
+// No pixel between a black post and its shadow is brighter than the shadow, and none between a white post and
+// the lit ground is darker than the ground.
+TEST_F(DefaultLook, GroundShadowsTouchTheirBodies) {
+  constexpr VkExtent2D kSize{160, 120};
+  constexpr float kSky = 0.5f, kPi = 3.14159265f;
+  const int dark = encode(kSky * kPi / (kPi + 3 * std::sqrt(0.5f))), bright = encode(kSky);
+  for (const bool is_white : {false, true}) {
+    const scene::Scene scene = post_on_ground(glm::vec3(is_white ? 1 : 0));
+    for (const settings::RasterPath path :
+         {settings::RasterPath::visibility, settings::RasterPath::forward}) {
+      for (const uint32_t samples : {1u, 4u}) {
+        settings::DrawSettings settings = shadowed_by(settings::ShadowMethod::map, false, samples);
+        settings.raster = path;
+        settings.background.color = glm::vec3(kSky);
+        settings.environment_intensity = 1;
+        settings.environment = std::make_shared<const scene::EnvironmentImage>(
+            scene::make_environment(64, 32, [](const glm::vec3&) { return glm::vec3(1); }));
+        RenderBench bench(scene, kSize, settings);
+        passes::View view = passes::make_view(
+            scene::Camera{},
+            passes::look_at_pose(is_white ? glm::vec3(-1.2f, 1.1f, 1) : glm::vec3(1.2f, 1.1f, 1), {}),
+            4.0f / 3);
+        view.ground = scene::Ground{0, 20, {0, 0}};
+        const sinks::FrameImage image = bench.draw(state::PoseState(scene), view);
+        int edges = 0, wrong = 0;
+        for (uint32_t y = 1; y + 1 < kSize.height; ++y) {
+          for (uint32_t x = 1; x + 1 < kSize.width; ++x) {
+            const Shown wanted = is_white ? Shown::light : Shown::shadow;
+            bool near_post = false, others = false;
+            for (int i = 0; i < 9; ++i) {
+              const glm::vec2 at_px(static_cast<float>(x) + 0.75f * static_cast<float>(i % 3) - 0.25f,
+                                    static_cast<float>(y) + 0.75f * static_cast<float>(i / 3) - 0.25f);
+              const Shown shown =
+                  shown_at(view, at_px / glm::vec2(kSize.width, kSize.height) * 2.0f - 1.0f, 0.05f);
+              near_post = near_post || shown == Shown::post;
+              others = others || (shown != Shown::post && shown != wanted);
+            }
+            if (!near_post || others) continue;
+            ++edges;
+            const int code = pixel(image, x, y).g;
+            if (is_white ? code < bright - 2 : code > dark + 2) ++wrong;
+          }
+        }
+        EXPECT_GT(edges, 20);
+        EXPECT_EQ(wrong, 0) << (is_white ? "white " : "black ") << static_cast<int>(path) << ", " << samples
+                            << " samples";
+      }
+    }
   }
 }
 
