@@ -85,6 +85,16 @@ FrameRing::FrameRing(Device& device) : device_(device), limits_(device) {
   }
 }
 
+void FrameRing::end_early(uint64_t timeline_value) {
+  if (timeline_value <= device_.completed()) return;
+  for (const Slot& slot : slots_)
+    if (slot.done_at == timeline_value) limits_.end(timeline_value, slot.staging.end_words());
+}
+
+bool FrameRing::wait_for_slot(int64_t timeout_ns) {
+  return device_.wait_for(slots_[next_frame_ % kFramesInFlight].done_at, timeout_ns);
+}
+
 Recorder& FrameRing::begin() {
   frame_index_ = next_frame_++;
   slot_ = static_cast<uint32_t>(frame_index_ % kFramesInFlight);

@@ -87,6 +87,10 @@ class FrameRing {
   StagingRing& staging() { return slots_[slot_].staging; }
   // Time limits of later frames.
   SubmissionLimits& limits() { return limits_; }
+  // Ends a submission of a frame that nobody waits for any more, if it still runs; see SubmissionLimits.
+  void end_early(uint64_t timeline_value);
+  // Waits until begin() need not wait; false after this time.
+  bool wait_for_slot(int64_t timeout_ns);
   // Ends recording and submits. Returns the frame's timeline value.
   uint64_t submit(std::span<const SemaphoreSignal> waits = {}, std::span<const SemaphoreSignal> signals = {});
 

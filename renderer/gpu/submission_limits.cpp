@@ -26,9 +26,16 @@ void SubmissionLimits::submitted(uint64_t value, std::span<uint64_t* const> word
   const bool compiles = std::exchange(pipelines_, pipelines) != pipelines;
   if (!limit_ns_) return;
   const std::lock_guard lock(mutex_);
-  running_.push_back({value, *limit_ns_ + (compiles ? kCompilationNs : 0), {words.begin(), words.end()}});
+  running_.push_back(
+      {value, *limit_ns_ + (compiles ? kCompilationNs : 0), cause_, {words.begin(), words.end()}});
   if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
   changed_.notify_one();
+}
+
+void SubmissionLimits::end(uint64_t value, std::span<uint64_t* const> words) {
+  const std::lock_guard lock(mutex_);
+  for (uint64_t* const word : words) std::atomic_ref(*word).store(1, std::memory_order_relaxed);
+  note_early_end(value);
 }
 
 void SubmissionLimits::release(uint64_t value) {
@@ -73,16 +80,21 @@ void SubmissionLimits::watch(const std::stop_token& stop) {
   }
 }
 
-// Those in flight behind it show the same content. A submission that is done keeps its words until release(),
-// which waits for the mutex.
+// A submission that is done keeps its words until release(), which waits for the mutex.
 void SubmissionLimits::end_now(int64_t ran_ns) {
   const uint64_t done = device_.completed();
+  const Cause cause = running_.front().cause;
   for (const Running& running : running_) {
     if (running.value <= done || running.words.empty()) continue;
     for (uint64_t* const word : running.words) std::atomic_ref(*word).store(1, std::memory_order_relaxed);
-    early_ends_.push_back(running.value);
+    note_early_end(running.value);
+    if (cause == Cause::image) return;  // those in flight behind it are other images
     ended_ns_ = ran_ns;
   }
+}
+
+void SubmissionLimits::note_early_end(uint64_t value) {
+  early_ends_.push_back(value);
   while (early_ends_.size() > kMaxEarlyEnds) early_ends_.pop_front();
 }
 

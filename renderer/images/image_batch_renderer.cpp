@@ -89,14 +89,18 @@ uint64_t ImageBatchRenderer::cost_of(const WorkItem& work) const {
   const bool is_traced = renderer_.traces_paths() && outputs_behind(work).shaded();
   const uint32_t samples = is_traced ? renderer_.path_tracer()->settings().samples_per_pixel : 0;
   state::ImageEffort effort = state::effort_of(work.due.request, samples);
-  effort.is_blurred = !is_traced && !used_lens(work).is_pinhole();
+  effort.is_blurred = is_blurred(work);
   effort.has_markers = work.camera.markers;
   const glm::uvec2 size = work.camera.pinhole.image_px;
   return state::image_cost(size.x, size.y, effort);
 }
 
+bool ImageBatchRenderer::is_blurred(const WorkItem& work) const {
+  return !renderer_.traces_paths() && !used_lens(work).is_pinhole();
+}
+
 uint64_t ImageBatchRenderer::lens_bytes(const WorkItem& work) const {
-  if (renderer_.traces_paths() || used_lens(work).is_pinhole()) return 0;
+  if (!is_blurred(work)) return 0;
   constexpr uint64_t kBytesOfSample = 8 + 4 + 8;  // colour, depth, visibility; see Targets
   const glm::uvec2 size = work.camera.pinhole.image_px;
   return uint64_t{size.x} * size.y * static_cast<uint32_t>(renderer_.settings().samples()) * kBytesOfSample;
@@ -119,6 +123,9 @@ bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, cons
       trace(frames, moment.poses);
       return true;
     }
+    // Beside other requesters in a submission of its own, which may reach a time limit.
+    const bool is_alone = is_blurred(batch[0]) && limits.cost != std::numeric_limits<uint64_t>::max();
+    if (recorder && is_alone) break;
     next_ += batch.size();
     const std::optional<passes::PreparedFrame> prepared = prepare(batch, scene_update_);
     if (!prepared) continue;
@@ -129,6 +136,7 @@ bool ImageBatchRenderer::draw(gpu::FrameRing& frames, const Moment& moment, cons
     const uint64_t batch_cost = batch.size() * cost_of(batch[0]);
     cost += batch_cost;
     cost_ = {cost_.cost + batch_cost, cost_.images + batch.size()};
+    if (is_alone) break;
   }
   if (recorder) readback_.submitted(frames.submit());
   return recorder != nullptr;

@@ -84,10 +84,12 @@ class ImageBatchRenderer {
     uint64_t cost = 0, images = 0;
   };
   Cost take_cost() { return std::exchange(cost_, {}); }
+  bool is_blurred(const WorkItem& work) const;  // by depth of field
   // Device memory of the samples that depth of field blurs; 0: the image has none.
   uint64_t lens_bytes(const WorkItem& work) const;
   // Of the image that is drawn next. Precondition: has_work().
   uint64_t next_cost() const { return cost_of(work_[next_]); }
+  const WorkItem& next() const { return work_[next_]; }
 
   // Refuses all remaining images.
   void refuse_rest(const std::string& why);
@@ -98,7 +100,7 @@ class ImageBatchRenderer {
   using Take = std::function<void(state::RequesterId requester, const wire::ImageFrame&,
                                   const RequestedImage& pixels)>;
   void deliver(const Take& take);
-  // Images whose submissions have reached their time limit, since the last call. They are not delivered.
+  // Images whose submissions have ended early, since the last call. They are not delivered.
   std::vector<state::ImageRequestRegistry::Due> take_ended_early() { return std::exchange(ended_early_, {}); }
 
   // Refusals for lack of device memory since the last call.

@@ -5,12 +5,15 @@
 
 #include "base/clock.h"
 #include "base/text.h"
+#include "renderer/gpu/device/pipeline_count.h"
 
 namespace fire3dv::app {
 namespace {
 
 // The pinhole image before lens distortion is larger than the requested one.
 constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
+// Limit of an image with depth of field beside other peers: wide circles of confusion take minutes on a CPU.
+constexpr int64_t kMaxBlurredNs = 1'000'000'000;
 // Limit of a submission while several streams request images, so that turns can end in time.
 constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
 
@@ -67,6 +70,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
   if (const uint64_t closed = requests_.closed(); closed != closed_seen_) {
     closed_seen_ = closed;
     drop_closed_requests();
+    end_withdrawn(frames);
   }
   // Poses are constant during this call: all turns render the same poses.
   ImageBatchRenderer::Moment moment{poses_, nullptr};
@@ -108,7 +112,7 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
   }
   const int64_t begin_ns = monotonic_ns();
   first_.trace(frames, poses_, do_others_wait(due, begin_ns));
-  scheduler_.spent(due.requester, begin_ns, monotonic_ns());
+  if (!takes_new_pipelines()) scheduler_.spent(due.requester, begin_ns, monotonic_ns());
   report_samples();
   if (!first_.is_tracing()) requests_.mark_rendered(due);
   forward_refusals(first_);
@@ -141,7 +145,8 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     if (!is_first && next_cost > max_cost) break;
     const Mark before = submitted();
     if (view && draw_time_->begin_image(*view) && view->markers) scene_.show_markers();
-    frames.limits().set(view ? draw_time_->abandon_after_ns() : std::nullopt);
+    limit(frames, view.has_value());
+    const size_t processed_before = first_.processed().size();
     draw_round(frames, moment, {max_bytes, max_cost});
     scene_.vertex_pacing().frame_recorded(frames.frame_index());
     report_samples();
@@ -156,7 +161,9 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
                               static_cast<double>(cost.cost) / static_cast<double>(next_cost));
       const int64_t submitted_ns = monotonic_ns();
       scheduler_.submitted(requester, cost.cost, cost.images, submitted_ns);
-      submissions_.push_back({std::move(mark), begun_ns});
+      Submission& submission = submissions_.emplace_back(std::move(mark), begun_ns, takes_new_pipelines());
+      for (const auto& item : first_.processed().subspan(processed_before))
+        submission.images.push_back(item.due);
       begun_ns = submitted_ns;
     }
   }
@@ -170,6 +177,44 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     batch_renderer.begin({});
   }
   return is_whole;
+}
+
+// The limits of the next submission of the first device.
+void ImageService::limit(gpu::FrameRing& frames, bool has_view) {
+  using Cause = gpu::SubmissionLimits::Cause;
+  const bool is_shared = draw_time_ && draw_time_->limits() && !rules_.lockstep;
+  // The lens of the settings is the user's own.
+  const auto has_own_lens = [](const ImageBatchRenderer::WorkItem& work) {
+    return work.camera.thin_lens.of_stream;
+  };
+  if (is_shared && first_.has_work() && has_own_lens(first_.next()) && first_.is_blurred(first_.next())) {
+    limited_.emplace_back(first_.next().due.requester, first_.next().due.request.id);
+    frames.limits().set(kMaxBlurredNs, Cause::image);
+  } else {
+    frames.limits().set(has_view ? draw_time_->abandon_after_ns() : std::nullopt, Cause::content);
+  }
+}
+
+void ImageService::end_withdrawn(gpu::FrameRing& frames) {
+  for (const Submission& submission : submissions_) {
+    const bool is_wanted = std::ranges::any_of(submission.images, [&](const auto& due) {
+      return state::is_of_one_image(due.request) ? requests_.has(due.requester) : requests_.is_open(due);
+    });
+    if (!submission.images.empty() && !is_wanted) frames.end_early(submission.mark[0]);
+  }
+}
+
+// An image that was not drawn to its end.
+void ImageService::redraw_or_refuse(const state::ImageRequestRegistry::Due& due) {
+  if (std::erase(limited_, Key(due.requester, due.request.id)) == 0) return requests_.mark_undrawn(due);
+  const wire::Intrinsics& size = due.request.intrinsics;
+  requests_.mark_undrawn(due);
+  requests_.refuse(
+      due, wire::ImageRefusal::too_large,
+      "an image of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+          " with depth of field was given up after " + std::to_string(kMaxBlurredNs / 1'000'000) +
+          " ms, since other simulators wait; ask for a smaller image, a larger f-number, or none "
+          "(the renderer's option --peer-limit draw-time=off draws it)");
 }
 
 uint64_t ImageService::largest_next_cost() {
@@ -207,10 +252,17 @@ void ImageService::record_finished() {
   while (!submissions_.empty() && is_done(submissions_.front().mark)) {
     const Submission& submission = submissions_.front();
     const int64_t now_ns = monotonic_ns();
-    scheduler_.finished(std::max(submission.begun_ns, last_done_ns_), now_ns);
+    scheduler_.finished(std::max(submission.begun_ns, last_done_ns_), now_ns, submission.compiles);
     last_done_ns_ = now_ns;
     submissions_.pop_front();
   }
+}
+
+// True if pipelines were used for the first time since the last call: their compilation takes part of the
+// submission's time.
+bool ImageService::takes_new_pipelines() {
+  const uint64_t pipelines = gpu::pipelines_begun();
+  return std::exchange(pipelines_, pipelines) != pipelines;
 }
 
 // Short submissions may overlap. A long submission, or one of unknown duration, is awaited, so that another
@@ -263,8 +315,10 @@ std::vector<ImageBatchRenderer::WorkItem> ImageService::resolve(
       if (possible.thin_lens.is_pinhole()) possible.thin_lens = appearance.lens;
       ImageBatchRenderer::WorkItem item{std::move(one), possible};
       const uint64_t lens_bytes = first_.lens_bytes(item);
+      // One peer alone gets what the device has.
+      const bool is_shared = draw_time_ && draw_time_->is_active();
       const Result<void> fits =
-          lens_bytes > 0 ? requests_.check_memory(item.due, lens_bytes) : Result<void>();
+          lens_bytes > 0 && is_shared ? requests_.check_memory(item.due, lens_bytes) : Result<void>();
       if (fits)
         work.push_back(std::move(item));
       else
@@ -342,13 +396,14 @@ void ImageService::deliver() {
   const auto send = [&](state::RequesterId requester, const wire::ImageFrame& frame,
                         const RequestedImage& pixels) {
     const int64_t begin_ns = monotonic_ns();
+    std::erase(limited_, Key(requester, frame.request));
     requests_.send(requester, frame, [&](std::span<std::byte> to) { pixels.copy_to(to); });
     scheduler_.spent(requester, begin_ns, monotonic_ns());
   };
   for (size_t device = 0; device < device_count(); ++device) {
     renderer_at(device).deliver(send);
     for (const state::ImageRequestRegistry::Due& due : renderer_at(device).take_ended_early())
-      requests_.mark_undrawn(due);
+      redraw_or_refuse(due);
   }
 }
 

@@ -56,6 +56,9 @@ class ImageService {
   // True while the paths of an image are traced: the scene must stay until then, poses may change.
   bool is_tracing() const { return first_.is_tracing(); }
 
+  // Ends submissions in flight of whose images no request is open any more. draw_due() does so, too.
+  void end_withdrawn(gpu::FrameRing& frames);
+
   // Sends finished images.
   void deliver();
   bool in_flight() const;
@@ -78,6 +81,9 @@ class ImageService {
   struct Submission {
     Mark mark;
     int64_t begun_ns = 0;  // its preparation on the host
+    bool compiles = false;
+    // Of the first device; empty: it drew none, or images that cannot be withdrawn.
+    std::vector<state::ImageRequestRegistry::Due> images = {};
   };
 
   Drawn go_on_tracing(gpu::FrameRing& frames);
@@ -85,8 +91,11 @@ class ImageService {
   void report_samples();
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, ImageBatchRenderer::Moment& moment,
                  int64_t end_ns);
+  void limit(gpu::FrameRing& frames, bool has_view);
+  void redraw_or_refuse(const state::ImageRequestRegistry::Due& due);
   void refuse_incomplete(std::vector<ImageBatchRenderer::WorkItem>& work);
   void record_finished();
+  bool takes_new_pipelines();
   bool has_room(int64_t end_ns);
   std::vector<ImageBatchRenderer::WorkItem> resolve(std::vector<state::ImageRequestRegistry::Due>&& due);
   void distribute(std::vector<ImageBatchRenderer::WorkItem>&& work);
@@ -117,7 +126,9 @@ class ImageService {
   size_t last_device_ = 0;
   state::ImageScheduler scheduler_;
   std::deque<Submission> submissions_;  // unfinished submissions, in the order of scheduler_
+  std::vector<Key> limited_;            // images in flight that have time limits of their own
   int64_t last_done_ns_ = 0;
+  uint64_t pipelines_ = 0;    // gpu::pipelines_begun() of the last submission
   uint64_t closed_seen_ = 0;  // ImageRequestQueue::closed() of the last drop_closed_requests()
 };
 

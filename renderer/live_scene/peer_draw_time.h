@@ -28,6 +28,8 @@ class PeerDrawTime {
   // Once in a turn of the frame loop: peers come and go. Stores costs in their budgets now and then.
   void poll();
   bool is_active() const { return policy_.is_active(); }
+  // True while costly work of a peer may be given up for others.
+  bool limits() const { return policy_.limits(); }
 
   // First view of a submission that is about to be recorded.
   struct View {

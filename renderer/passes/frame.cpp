@@ -392,7 +392,7 @@ void Frame::blur() {
   const View& view = source_.views[0];
   const scene::ThinLens& lens = lens_of(view, source_.settings.draw().post.lens);
   if (view.orthographic || lens.is_pinhole()) return;
-  passes_.depth_of_field->record(recorder_, source_.targets,
+  passes_.depth_of_field->record(recorder_, source_.targets, globals_[0],
                                  circle_of_confusion(view, lens, source_.request.extent));
 }
 

@@ -251,6 +251,7 @@ void ImageRequestRegistry::mark_undrawn(const Due& due) {
   if (places == requests_.end()) return;
   changed(due.requester);
   const wire::ImageRequest& request = due.request;
+  if (!is_of_one_image(request) && !is_open(due.requester, request.id)) return;  // withdrawn meanwhile
   // A request of one image was closed. It was within the budget, which is not charged again.
   Entry& entry = places->second.try_emplace(request.place, Entry{.request = request}).first->second;
   if (entry.request.id != request.id) return;

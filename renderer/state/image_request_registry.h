@@ -31,6 +31,11 @@ struct ImageAbilities {
 // For image_cost(). path_samples: of colours, 0: their paths are not traced.
 ImageEffort effort_of(const wire::ImageRequest& request, uint32_t path_samples);
 
+// True for requests that their first image closes.
+inline bool is_of_one_image(const wire::ImageRequest& request) {
+  return request.when == wire::ImageWhen::once || request.when == wire::ImageWhen::exactly;
+}
+
 // Open requests of each requester and their due times. It checks requests against the renderer's abilities
 // and the peer's budget, and refuses the others (SPEC.md, section 13).
 class ImageRequestRegistry {

@@ -168,7 +168,7 @@ void ImageScheduler::submitted(RequesterId requester, uint64_t cost, uint64_t im
   flights_.push_back({requester, cost, images, estimate, now_ns});
 }
 
-void ImageScheduler::finished(int64_t begin_ns, int64_t end_ns) {
+void ImageScheduler::finished(int64_t begin_ns, int64_t end_ns, bool has_compiled) {
   FIRE3DV_ASSERT(!flights_.empty());
   const Flight flight = flights_.front();
   flights_.erase(flights_.begin());
@@ -177,6 +177,7 @@ void ImageScheduler::finished(int64_t begin_ns, int64_t end_ns) {
   --account.in_flight;
   account.active_ns = end_ns;
   account.finished_ns = end_ns;
+  if (has_compiled) return;  // charged as estimated
   const double correction_ns = took_ns - flight.estimate_ns;
   account.start += correction_ns;
   account.finish += correction_ns;

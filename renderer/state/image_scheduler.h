@@ -87,7 +87,8 @@ class ImageScheduler {
   // Records a submission to the device, in submission order.
   void submitted(RequesterId requester, uint64_t cost, uint64_t images, int64_t now_ns);
   // Records that the oldest submission in flight is done. begin_ns: a device was free to execute it.
-  void finished(int64_t begin_ns, int64_t end_ns);
+  // has_compiled: pipelines were compiled in it, so that its time says nothing about later ones.
+  void finished(int64_t begin_ns, int64_t end_ns, bool has_compiled = false);
   // Records host time for the requester's images beside their submissions, such as for copies.
   void spent(RequesterId requester, int64_t begin_ns, int64_t end_ns);
   size_t in_flight() const { return flights_.size(); }

@@ -114,6 +114,7 @@ class ImageRequestQueue final : public ImageRequestHandler {
   bool is_open(const Due& due) const {
     return replies_.shown(due.requester) && registry_.is_open(due.requester, due.request.id);
   }
+  bool has(state::RequesterId requester) const { return replies_.shown(requester).has_value(); }
   void set_samples(state::RequesterId requester, uint64_t request, uint32_t samples) {
     replies_.set_samples(requester, request, samples);
   }

@@ -8,6 +8,9 @@
 
 layout(local_size_x = FIRE3DV_BLUR_TILE, local_size_y = FIRE3DV_BLUR_TILE) in;
 layout(push_constant, scalar) uniform Push { DepthOfFieldPush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 #ifdef FIRE3DV_MULTISAMPLED
 layout(set = 0, binding = FIRE3DV_BINDING_FILTER_OUT, rgba16f) uniform writeonly image2DMS hdr;
 #else
@@ -137,5 +140,5 @@ void main() {
   find_reaching_radius();
   barrier();
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (pixel.x < push.width && pixel.y < push.height) gather(pixel);
+  if (pixel.x < push.width && pixel.y < push.height && !is_ended()) gather(pixel);
 }

@@ -20,6 +20,9 @@
 
 layout(local_size_x = 8) in;  // for 64 pixels, see main
 layout(push_constant, scalar) uniform Push { ShadePush push; };
+// The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
+bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
 #ifdef FIRE3DV_UNRESOLVED
 #if FIRE3DV_SAMPLES == 4
@@ -235,6 +238,7 @@ void shade_pixel() {
 
 // One vector shades all pixels of its group, so that uniform data is read once.
 void main() {
+  if (is_ended()) return;
   group = image_group();
   first_listed = list_group() * 64;
   globals = globals_at(push.globals);

@@ -85,6 +85,7 @@ struct BlurTile {
 };
 
 struct DepthOfFieldPush {
+  FIRE3DV_ADDRESS globals;
   FIRE3DV_ADDRESS visibility;  // uint64_t[pixel][sample]
   FIRE3DV_ADDRESS texels;      // BlurTexel[pixel]
   FIRE3DV_ADDRESS tiles;       // BlurTile[tile]

@@ -197,6 +197,7 @@ Result<void> FrameLoop::run() {
       if (!served.any && !served.has_more) wait_for_messages();
       continue;
     }
+    if (Result<void> waited = wait_for_slot(); !waited) return waited;
     if (context_.window && !context_.window->acquire()) {
       if (Result<void> delivered = deliver(); !delivered) return delivered;
       sinks::Window::wait_events(0.05);
@@ -473,6 +474,17 @@ void FrameLoop::note_cost(const std::vector<state::FrameTag>& shown, Clock::time
   if (!awaits_stream_) context_.stats.add(cost);
   if (context_.metrics) context_.metrics->drawn(shown, context_.receiver, cost);
   if (context_.window) facts_.drawn(cost.frame_index + 1, cost.frame_ms, cost.cpu_ms, cost.pose_age_ms);
+}
+
+// A submission of a peer's image may take long: meanwhile the peer may withdraw it or leave.
+Result<void> FrameLoop::wait_for_slot() {
+  if (context_.options.lockstep || context_.timeline) return {};  // begin() waits
+  while (!frames_.wait_for_slot(context_.options.peer_limits.slices.image_ns) && !stop_was_requested()) {
+    poll_streams();
+    image_service_.end_withdrawn(frames_);
+    if (Result<void> delivered = deliver(); !delivered) return delivered;
+  }
+  return {};
 }
 
 Result<void> FrameLoop::deliver() {

@@ -87,6 +87,7 @@ class FrameLoop {
   void report_stopped_paths() const;
   bool refines() const;  // the window's image lacks path-traced samples
   Result<void> finish_served(const ImageService::Drawn& served);
+  Result<void> wait_for_slot();
   Result<void> deliver();  // passes finished images to the sink
   Result<void> list_instances();
   Result<void> write_instance_file();

@@ -62,8 +62,10 @@ void DepthOfFieldPass::allocate(Targets& targets) {
     targets.depth_of_field_set = gather_.bind(nullptr, targets.hdr);
 }
 
-void DepthOfFieldPass::record(gpu::Recorder& recorder, Targets& targets, const CircleOfConfusion& circle) {
+void DepthOfFieldPass::record(gpu::Recorder& recorder, Targets& targets, VkDeviceAddress globals,
+                              const CircleOfConfusion& circle) {
   gpu_types::DepthOfFieldPush push{};
+  push.globals = globals;
   push.visibility = targets.visibility.buffer.address;
   push.texels = texels_.address;
   push.tiles = tiles_.address;

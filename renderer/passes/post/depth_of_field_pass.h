@@ -28,8 +28,9 @@ class DepthOfFieldPass {
 
   // Creates buffers for images of this size, and binds the targets.
   void allocate(Targets& targets);
-  // Blurs targets.hdr. targets.visibility has the depths of the image.
-  void record(gpu::Recorder& recorder, Targets& targets, const CircleOfConfusion& circle);
+  // Blurs targets.hdr. targets.visibility has the depths of the image. globals: address of its ImageGlobals.
+  void record(gpu::Recorder& recorder, Targets& targets, VkDeviceAddress globals,
+              const CircleOfConfusion& circle);
 
  private:
   gpu::Device& device_;

@@ -348,7 +348,7 @@ bool DrawTimePolicy::is_hidden(Peer peer) const {
 }
 
 std::optional<int64_t> DrawTimePolicy::abandon_after_ns(const Image& image) const {
-  if (!is_active() || settings_.factor == 0) return std::nullopt;
+  if (!limits()) return std::nullopt;
   const bool has_content = std::ranges::any_of(image.content, [&](const Content& content) {
     return content.peer != image.requester && !is_hidden(content.peer) && expected_ns(content) > 0;
   });

@@ -53,6 +53,7 @@ class DrawTimePolicy {
   // Returns true if hidden content returns.
   bool set_peers(std::span<const Peer> peers);
   bool is_active() const { return accounts_.size() > 1; }
+  bool limits() const { return is_active() && settings_.factor != 0; }
 
   // Before an image is drawn: hides content whose estimate is far beyond the budget, and shows content again
   // that fits. Returns true if it changed what is hidden.

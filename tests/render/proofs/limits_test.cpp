@@ -103,6 +103,60 @@ TEST_P(Limits, ImageEndsEarlyAndLaterOnesAreWhole) {
   EXPECT_FALSE(bench_.frames().limits().take_ended_early());
 }
 
+// Depth of field with the widest circles everywhere: far more than a second on a CPU.
+class BlurredImage : public ValidationIsSilent {
+ protected:
+  static settings::DrawSettings blurred(float f_number) {
+    settings::DrawSettings settings;
+    settings.post.lens = {f_number, 0.5f};
+    return settings;
+  }
+  // A small image, which compiles the pipelines.
+  void SetUp() override {
+    bench_.set_size({32, 24});
+    (void)bench_.draw_at_rest();
+    bench_.set_size(kSize);
+  }
+  // Submits an image without waiting for it.
+  uint64_t submit() {
+    const passes::PreparedFrame prepared = bench_.prepare({.lens = true});
+    gpu::Recorder& recorder = bench_.frames().begin();
+    bench_.renderer().record(prepared, recorder, bench_.frames().staging(), poses_,
+                             first_camera_view(scene_, poses_, kSize));
+    return bench_.frames().submit();
+  }
+  void expect_early_end(uint64_t submission) {
+    device().wait(submission);
+    EXPECT_TRUE(bench_.frames().limits().has_ended_early(submission));
+  }
+
+  static constexpr VkExtent2D kSize{800, 600};
+  const scene::Scene scene_ = layers(1);
+  const state::PoseState poses_{scene_};
+  RenderBench bench_{scene_, kSize, blurred(0.1f)};
+};
+
+TEST_F(BlurredImage, EndsAtItsOwnLimitAndBlamesNoContent) {
+  using Cause = gpu::SubmissionLimits::Cause;
+  bench_.frames().limits().set(1'000'000, Cause::image);
+  const uint64_t first = submit();
+  const uint64_t behind = submit();
+  expect_early_end(first);
+  expect_early_end(behind);
+  EXPECT_FALSE(bench_.frames().limits().take_ended_early());
+}
+
+TEST_F(BlurredImage, EndsWithoutALimitWhenNobodyWaitsForIt) {
+  const uint64_t withdrawn = submit();
+  bench_.frames().end_early(withdrawn);
+  expect_early_end(withdrawn);
+  // Once it is done, its words may belong to another image.
+  bench_.frames().end_early(withdrawn);
+  bench_.change_settings([](settings::DrawSettings& settings) { settings.post.lens = {}; });
+  const sinks::FrameImage sharp = bench_.draw_at_rest();
+  EXPECT_EQ(sharp.rgba8, RenderBench(scene_, kSize).draw_at_rest().rgba8);
+}
+
 TEST(Batches, ShrinkWithTheAreaAndKeepALeast) {
   EXPECT_EQ(passes::triangles_per_batch({64, 64}), 1024u);
   EXPECT_LT(passes::triangles_per_batch({128, 64}), passes::triangles_per_batch({64, 64}));

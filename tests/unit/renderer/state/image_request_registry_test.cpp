@@ -73,6 +73,16 @@ TEST_F(ImageBookTest, UndrawnImagesAreDueAgain) {
   EXPECT_EQ(due(6), Ids{}) << "the requester is gone";
 }
 
+TEST_F(ImageBookTest, WithdrawnImagesAreNotDueAgain) {
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::every_nth)));
+  ASSERT_FALSE(requests_.add(1, request(6, wire::ImageWhen::every_nth)));
+  EXPECT_EQ(due(3), (Ids{5, 6}));
+  const std::vector<ImageRequestRegistry::Due> undrawn = last_;
+  ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::never)));
+  for (const ImageRequestRegistry::Due& one : undrawn) requests_.mark_undrawn(one);
+  EXPECT_EQ(due(3), Ids{6});
+}
+
 TEST_F(ImageBookTest, OnceIsFirstFrameAfter) {
   ASSERT_FALSE(requests_.add(1, request(5, wire::ImageWhen::once, 3)));
   EXPECT_EQ(due(2), Ids{});

@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "renderer/state/image_scheduler.h"
 
@@ -162,6 +163,23 @@ TEST(ImageScheduler, SlowFirstImageDoesNotBlockLargerOnes) {
   turns.finished(kMsNs, 300 * kMsNs);
   EXPECT_GT(turns.max_cost(2, 1'000'000, kSecondNs, 300 * kMsNs), 2'000'000u) << "as fast as those of others";
   EXPECT_LT(turns.max_cost(2, 16'500, kSliceNs, 300 * kMsNs), 16'500u);
+}
+
+// Pipelines are compiled in the first submissions: that says nothing about later ones, and keeps nobody
+// waiting.
+TEST(ImageScheduler, CompilationIsNoMeasure) {
+  ImageScheduler turns(kSliceNs);
+  const std::array<ImageDemand, 2> both = {ImageDemand{1, 20'000, 20'000}, ImageDemand{2, 20'000, 20'000}};
+  turns.note_demands(both, 0);
+  ASSERT_EQ(turns.next(both, 0), 1u);
+  turns.submitted(1, 20'000, 1, 0);
+  turns.finished(0, 2 * kSecondNs, true);
+  turns.note_demands(both, 2 * kSecondNs);
+  EXPECT_EQ(turns.next(std::span(both).first(1), 2 * kSecondNs), 1u)
+      << "it waits as if its images took seconds";
+  turns.submitted(1, 20'000, 1, 2 * kSecondNs);
+  turns.finished(2 * kSecondNs, 2 * kSecondNs + kMsNs);
+  EXPECT_EQ(turns.max_cost(1, 20'000, kSliceNs, 2 * kSecondNs + kMsNs), 1'000'000u);
 }
 
 // Copies of a requester's images delay others as its images do.
