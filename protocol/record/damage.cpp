@@ -50,7 +50,12 @@ Result<Report> Verifier::run(const std::function<void(const Message&)>& on_messa
     if (auto good = check_message_indexes(chunk); !good) return good.error();
   if (auto good = check_data_crc(); !good) return good.error();
   if (auto good = check_attachments(); !good) return good.error();
-  if (reader_.index().has_summary) check_summary();
+  const std::optional<Statistics>& stated = reader_.index().statistics;
+  if (reader_.index().has_summary)
+    check_summary();
+  else if (stated && stated->messages != counted_.messages)
+    problem("the summary counts " + std::to_string(stated->messages) + " messages; there are " +
+            std::to_string(counted_.messages));
   report_.messages = counted_.messages;
   report_.chunks = reader_.index().chunks.size();
   report_.attachments = seen_.attachments.size();

@@ -230,6 +230,7 @@ Result<Reader> Reader::open(std::unique_ptr<Source> source, const ReadLimits& li
       // Definitions inside of chunks, which scan() does not read. Contradictions are met again there.
       for (auto& [id, schema] : index->schemas) (void)reader.index_.define(std::move(schema), limits);
       for (auto& [id, channel] : index->channels) (void)reader.index_.define(std::move(channel), limits);
+      reader.index_.statistics = std::move(index->statistics);
     }
   }
   reader.read_definitions();

@@ -51,7 +51,8 @@ Result<void> check_chunks(const Source& source, std::vector<ChunkIndex>& chunks,
 }
 
 struct Unlisted {
-  bool chunks = false, messages = false;
+  bool chunks = false;
+  uint64_t messages = 0;
 };
 
 // Looks for chunks and messages where the summary lists none: between its chunks, before and behind them.
@@ -68,7 +69,7 @@ Result<Unlisted> find_unlisted(Source& source, const std::vector<ChunkIndex>& ch
       const auto record = walker.next();
       if (!record) return record.error();
       if (!*record) break;
-      found.messages = found.messages || (*record)->kind == Kind::message;
+      found.messages += (*record)->kind == Kind::message ? 1 : 0;
       found.chunks = found.chunks || (*record)->kind == Kind::chunk;
     }
     if (walker.cut()) return differs;
@@ -78,6 +79,24 @@ Result<Unlisted> find_unlisted(Source& source, const std::vector<ChunkIndex>& ch
     at = end + chunks[i].message_index_bytes;
   }
   return found;
+}
+
+// Messages that the indexes of all chunks list; nullopt: a chunk has no index.
+Result<std::optional<uint64_t>> count_indexed(Source& source, const std::vector<ChunkIndex>& chunks) {
+  constexpr uint64_t kIndexHead = 2 + 4, kIndexEntry = 8 + 8;  // channel, bytes of the list; time, offset
+  uint64_t count = 0;
+  for (const ChunkIndex& chunk : chunks) {
+    if (chunk.message_indexes.empty()) return std::optional<uint64_t>();
+    for (const auto& [channel, offset] : chunk.message_indexes) {
+      if (offset >= source.size()) return std::optional<uint64_t>();
+      const auto record = RecordIterator(source, offset, source.size()).next();
+      if (!record) return record.error();
+      if (!*record || (*record)->kind != Kind::message_index) return std::optional<uint64_t>();
+      const uint64_t bytes = (*record)->content_bytes();
+      count += bytes > kIndexHead ? (bytes - kIndexHead) / kIndexEntry : 0;
+    }
+  }
+  return std::optional(count);
 }
 
 Result<void> take_summary_record(Source& source, const RecordAt& at, std::span<const std::byte> content,
@@ -220,7 +239,16 @@ Result<FileIndex> read_summary(Source& source, const ReadLimits& limits) {
   if (auto good = check_chunks(source, index.chunks, footer->summary_start); !good) return good.error();
   const auto unlisted = find_unlisted(buffered, index.chunks, footer->summary_start);
   if (!unlisted) return unlisted.error();
-  if (unlisted->messages) index.remark = "it has messages outside of chunks";
+  if (unlisted->messages > 0) {
+    const auto indexed = count_indexed(buffered, index.chunks);
+    if (!indexed) return indexed.error();
+    // Records outside of chunks have no check sum of their own: a damaged definition may look like a message.
+    if (*indexed && index.statistics && **indexed >= index.statistics->messages)
+      index.damage = "records outside of its chunks look like " + std::to_string(unlisted->messages) +
+                     " messages, which its summary does not count: they are damaged, and left out";
+    else
+      index.remark = "it has messages outside of chunks";
+  }
   if (unlisted->chunks) index.remark = "its summary has no index of chunks";
   if (unlisted->chunks && !index.chunks.empty())
     return no_summary(source, "its summary lists " + std::to_string(index.chunks.size()) +

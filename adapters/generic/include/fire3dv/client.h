@@ -129,7 +129,9 @@ FIRE3DV_API int fire3dv_publish_some(fire3dv_stream* stream, int64_t sim_time_ns
                                      size_t pose_count, uint32_t flags);
 
 /* Processes renderers' messages, answers their clock queries and fills *status unless status is NULL. Never
- * blocks. Call it regularly. */
+ * blocks. Call it regularly: over shm:// it also puts the file in /dev/shm back, if somebody has removed it,
+ * within about a second; fire3dv_publish makes no system call and cannot notice. Renderers that are connected
+ * go on, but later ones find nothing until then. */
 FIRE3DV_API int fire3dv_poll(fire3dv_stream* stream, fire3dv_status* status);
 
 /* Lockstep: waits until a renderer has shown frame `sequence` of the current epoch. Returns

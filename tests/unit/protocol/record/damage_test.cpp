@@ -97,13 +97,9 @@ TEST(RecordDamage, FlippedBitsAreDetected) {
         ++next;
         ++found;
       }
+      ASSERT_EQ(found, kept.size()) << "byte " << at << " gave a message that was never written";
       const auto report = record::verify(*reader, [](const record::Message&) {});
-      const bool is_sound = report.ok() && report->sound();
-      // Records outside of chunks have no checksum of their own: a definition there can become a message.
-      if (found < kept.size()) {
-        ASSERT_FALSE(is_sound) << "byte " << at << " gave a message that was never written";
-      }
-      if (!is_sound)
+      if (!report.ok() || !report->sound())
         ++detected;
       else
         ASSERT_EQ(kept, all) << "byte " << at << " lost messages without a word";
