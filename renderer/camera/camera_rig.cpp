@@ -156,22 +156,30 @@ void CameraRig::frame_scene(float image_aspect) const {
                                     ? passes::default_orientation(*scene_, world_from_node)
                                     : framing_orientation_;
   world_from_free_ = passes::fit_into_view(camera, image_aspect, orientation, points);
+  const glm::vec3 middle = 0.5f * (low + high);
   if (ground_ && std::abs(ground_->height_m - low.y) < 0.02f * glm::length(high - low)) {
-    // Not cut at the image's border: shadows on the ground below the scene, unless they are very long.
-    constexpr float kMaxFurther = 1.4f;
-    const std::vector<glm::vec3> shadows = passes::ground_shadows(*scene_, points, ground_->height_m);
-    if (!passes::shows_all(camera, image_aspect, world_from_free_, shadows)) {
-      points.insert(points.end(), shadows.begin(), shadows.end());
-      const glm::mat4 pose = passes::fit_into_view(camera, image_aspect, orientation, points);
-      const glm::vec3 middle = 0.5f * (low + high);
-      if (glm::distance(glm::vec3(pose[3]), middle) <
-          kMaxFurther * glm::distance(glm::vec3(world_from_free_[3]), middle))
+    // Not cut at the image's border: shadows on the ground below the scene, but for lights whose shadows
+    // would make the scene too small, and for lights after the first ones.
+    constexpr float kMaxFurther = 1.7f;
+    constexpr size_t kMaxLights = 8;
+    const float farthest_m = kMaxFurther * glm::distance(glm::vec3(world_from_free_[3]), middle);
+    std::vector<std::vector<glm::vec3>> lights = passes::ground_shadows(*scene_, points, ground_->height_m);
+    if (lights.size() > kMaxLights) lights.resize(kMaxLights);
+    std::vector<glm::vec3> shown;
+    for (const std::vector<glm::vec3>& shadows : lights) {
+      const size_t before = shown.size();
+      shown.insert(shown.end(), shadows.begin(), shadows.end());
+      if (passes::shows_all(camera, image_aspect, world_from_free_, shadows)) continue;
+      const glm::mat4 pose = passes::fit_into_view(camera, image_aspect, orientation, points, shown);
+      if (glm::distance(glm::vec3(pose[3]), middle) < farthest_m)
         world_from_free_ = pose;
+      else
+        shown.resize(before);
     }
   }
   const glm::vec3 eye(world_from_free_[3]);
-  focus_distance_m_ = std::max(glm::dot(0.5f * (low + high) - eye, -glm::vec3(world_from_free_[2])),
-                               1e-3f * scene_radius_m());
+  focus_distance_m_ =
+      std::max(glm::dot(middle - eye, -glm::vec3(world_from_free_[2])), 1e-3f * scene_radius_m());
   framed_ = false;
 }
 

@@ -45,9 +45,13 @@ std::optional<scene::Ground> ground_below(const ViewDefaults& defaults, const sc
   ground.height_m = defaults.ground == GroundMode::height ? defaults.ground_height_m : box.low.y;
   ground.center_world = {0.5f * (box.low.x + box.high.x), 0.5f * (box.low.z + box.high.z)};
   const float largest_m = kMaxGroundGrowth * ground.radius_m;
-  for (const glm::vec3& shadow : passes::ground_shadows(scene, corners_of(box), ground.height_m)) {
-    const float reach_m = glm::distance(glm::vec2(shadow.x, shadow.z), ground.center_world) / kFarthestShadow;
-    if (reach_m > ground.radius_m) ground.radius_m = std::min(reach_m, largest_m);
+  for (const std::vector<glm::vec3>& of_light :
+       passes::ground_shadows(scene, corners_of(box), ground.height_m)) {
+    for (const glm::vec3& shadow : of_light) {
+      const float reach_m =
+          glm::distance(glm::vec2(shadow.x, shadow.z), ground.center_world) / kFarthestShadow;
+      if (reach_m > ground.radius_m) ground.radius_m = std::min(reach_m, largest_m);
+    }
   }
   return ground;
 }

@@ -251,38 +251,53 @@ double centred(int axis, const glm::dvec3& eye, double slack, const glm::dmat3& 
 
 // Each point gives four half-spaces of camera positions that show it. In camera axes with z backwards, a
 // point (x, y, z) is inside the right margin of an eye at (ex, ez) if x - ex <= a (ez - z), where a is the
-// tangent of the half angle within the margins; the left one mirrors it. Their sum bounds ez, their
-// difference gives ex.
+// tangent of the half angle within the margins; the left one mirrors it. The sum of a right and a left one
+// bounds ez; at that ez they bound ex.
 glm::mat4 fit_into_view(const scene::Camera& camera, float image_aspect, const glm::mat4& orientation,
-                        std::span<const glm::vec3> points) {
+                        std::span<const glm::vec3> points, std::span<const glm::vec3> to_border) {
   glm::mat4 pose(1);
   for (int axis = 0; axis < 3; ++axis) {
     const glm::vec3 direction(orientation[axis]);
     if (glm::length(direction) > 0) pose[axis] = glm::vec4(glm::normalize(direction), 0);
   }
   if (points.empty()) return pose;
-  const double within = 1 - 2 * kFramingMargin;
-  const double tangent = std::tan(0.5 * camera.vertical_fov_rad);
-  const double a[2] = {within * tangent * std::max(image_aspect, 1e-3f), within * tangent};
   const glm::dmat3 camera_from_world = glm::transpose(glm::dmat3(pose));
   // Relative to one point, so that the result is precise far from the world's origin.
   const glm::dvec3 origin(points.front());
+  const double tangent = std::tan(0.5 * camera.vertical_fov_rad);
+  const glm::dvec2 whole(tangent * std::max(image_aspect, 1e-3f), tangent);
   constexpr double kLowest = std::numeric_limits<double>::lowest();
-  double above[2] = {kLowest, kLowest}, below[2] = {kLowest, kLowest}, nearest = kLowest;
-  for (const glm::vec3& point : points) {
+  struct Bounds {
+    glm::dvec2 a;  // by axis, as below
+    glm::dvec2 right{kLowest}, left{kLowest};
+  };
+  constexpr double kBorder = 0.02;  // share of the image's half width or height
+  Bounds all[2] = {{(1 - 2.0 * kFramingMargin) * whole}, {(1 - kBorder) * whole}};
+  double nearest = kLowest;
+  const auto add = [&](const glm::vec3& point, Bounds& bounds) {
     const glm::dvec3 p = camera_from_world * (glm::dvec3(point) - origin);
-    for (int axis = 0; axis < 2; ++axis) {
-      above[axis] = std::max(above[axis], p[axis] + a[axis] * p.z);
-      below[axis] = std::max(below[axis], -p[axis] + a[axis] * p.z);
-    }
-    nearest = std::max(nearest, p.z);
-  }
-  glm::dvec3 eye(0.5 * (above[0] - below[0]), 0.5 * (above[1] - below[1]), 0);
-  eye.z = std::max({(above[0] + below[0]) / (2 * a[0]), (above[1] + below[1]) / (2 * a[1]),
-                    nearest + static_cast<double>(camera.near_m)});
+    bounds.right = glm::max(bounds.right, glm::dvec2(p) + bounds.a * p.z);
+    bounds.left = glm::max(bounds.left, -glm::dvec2(p) + bounds.a * p.z);
+    return p.z;
+  };
+  for (const glm::vec3& point : points) nearest = std::max(nearest, add(point, all[0]));
+  for (const glm::vec3& point : to_border) add(point, all[1]);
+  glm::dvec3 eye(0, 0, nearest + static_cast<double>(camera.near_m));
+  for (const Bounds& right : all)
+    for (const Bounds& left : all)
+      for (int axis = 0; axis < 2; ++axis)
+        eye.z = std::max(eye.z, (right.right[axis] + left.left[axis]) / (right.a[axis] + left.a[axis]));
+  std::vector<glm::vec3> shown(points.begin(), points.end());
+  shown.insert(shown.end(), to_border.begin(), to_border.end());
   for (int axis = 0; axis < 2; ++axis) {
-    const double slack = a[axis] * eye.z - 0.5 * (above[axis] + below[axis]);
-    if (slack > 0) eye[axis] = centred(axis, eye, slack, camera_from_world, origin, points);
+    double low = kLowest, high = -kLowest;
+    for (const Bounds& bounds : all) {
+      low = std::max(low, bounds.right[axis] - bounds.a[axis] * eye.z);
+      high = std::min(high, bounds.a[axis] * eye.z - bounds.left[axis]);
+    }
+    eye[axis] = 0.5 * (low + high);
+    const double slack = 0.5 * (high - low);
+    if (slack > 0) eye[axis] = centred(axis, eye, slack, camera_from_world, origin, shown);
   }
   pose[3] = glm::vec4(glm::vec3(origin + glm::dmat3(pose) * eye), 1);
   return pose;
@@ -310,16 +325,15 @@ std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, floa
   return shadows;
 }
 
-std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
-                                      float height_m) {
-  std::vector<glm::vec3> shadows;
+std::vector<std::vector<glm::vec3>> ground_shadows(const scene::Scene& scene,
+                                                   std::span<const glm::vec3> points, float height_m) {
+  std::vector<std::vector<glm::vec3>> shadows;
   for (const scene::PlacedLight& placed : scene::lights_of(scene, nullptr)) {
     if (!placed.light.casts_shadow || placed.light.intensity <= 0) continue;
     const glm::mat4& pose = scene.nodes[placed.node].world_from_node;
     const bool is_lamp = placed.light.type != scene::LightType::directional;
-    const std::vector<glm::vec3> of_light =
-        shadows_on_ground(points, height_m, is_lamp ? pose[3] : glm::vec4(glm::vec3(pose[2]), 0));
-    shadows.insert(shadows.end(), of_light.begin(), of_light.end());
+    shadows.push_back(
+        shadows_on_ground(points, height_m, is_lamp ? pose[3] : glm::vec4(glm::vec3(pose[2]), 0)));
   }
   return shadows;
 }

@@ -24,10 +24,11 @@ std::vector<glm::vec3> framing_points(const scene::Scene& scene, std::span<const
 scene::Box bounds_without_outliers(const scene::Scene& scene, std::span<const glm::mat4> world_from_node);
 
 // world_from_camera of a perspective camera with this orientation (its scale and position do not count), as
-// near as possible with all points inside the image minus the margins. Its distance is at least camera.near_m
-// from each point. Returns the orientation at the origin if there are no points.
+// near as possible with all points inside the image minus the margins, and the points to_border inside the
+// image. Its distance is at least camera.near_m from each of the points. Returns the orientation at the
+// origin if there are no points.
 glm::mat4 fit_into_view(const scene::Camera& camera, float image_aspect, const glm::mat4& orientation,
-                        std::span<const glm::vec3> points);
+                        std::span<const glm::vec3> points, std::span<const glm::vec3> to_border = {});
 
 // True if the camera at this pose shows all of the points, the margins included.
 bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4& world_from_camera,
@@ -38,9 +39,9 @@ bool shows_all(const scene::Camera& camera, float image_aspect, const glm::mat4&
 std::vector<glm::vec3> shadows_on_ground(std::span<const glm::vec3> points, float height_m,
                                          const glm::vec4& light);
 
-// Shadows on that plane by all lights of the file, or the key light, at rest.
-std::vector<glm::vec3> ground_shadows(const scene::Scene& scene, std::span<const glm::vec3> points,
-                                      float height_m);
+// Shadows on that plane at rest, of each light of the file, or the key light.
+std::vector<std::vector<glm::vec3>> ground_shadows(const scene::Scene& scene,
+                                                   std::span<const glm::vec3> points, float height_m);
 
 // Orientation of the default view: from the right, in front and above, looking at the origin.
 glm::mat4 default_orientation();

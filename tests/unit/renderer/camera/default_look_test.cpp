@@ -174,9 +174,10 @@ TEST(DefaultLook, GroundReachesBeyondShadows) {
   const auto reach = [](const scene::Scene& scene) {
     const std::optional<scene::Ground> ground = app::camera_start({}, scene, "", {}).ground;
     float farthest_m = 0;
-    for (const glm::vec3& shadow : passes::ground_shadows(
+    for (const std::vector<glm::vec3>& of_light : passes::ground_shadows(
              scene, std::vector<glm::vec3>{scene.bounds_min, scene.bounds_max}, ground->height_m))
-      farthest_m = std::max(farthest_m, glm::length(glm::vec2(shadow.x, shadow.z) - ground->center_world));
+      for (const glm::vec3& shadow : of_light)
+        farthest_m = std::max(farthest_m, glm::length(glm::vec2(shadow.x, shadow.z) - ground->center_world));
     return farthest_m / ground->radius_m;
   };
   SceneBuilder tall;
@@ -228,6 +229,37 @@ TEST(DefaultLook, GroundShadowsAreInTheImage) {
   EXPECT_LT(lowest_shadow(scene, true, &with), 1);
   EXPECT_LT(lowest_shadow(scene, false, &without), 1);
   EXPECT_EQ(with, without);
+}
+
+// A lamp at twice the height of a robot, as many descriptions have it: its shadow is as long as the robot is
+// tall. A second light whose shadow is too long for the image changes nothing.
+TEST(DefaultLook, EachLightHasItsShadowInTheImage) {
+  const auto shown = [](const scene::Scene& scene, const glm::vec4& light, glm::vec3* eye) {
+    const app::CameraRig rig = *app::CameraRig::create(scene, app::camera_start({}, scene, "auto", {}));
+    const passes::View view = rig.view(state::PoseState(scene), 4.0f / 3);
+    *eye = view.eye_world;
+    const std::vector<glm::vec3> top{{0.5f, 1, -0.1f}, {0.5f, 1, 0.1f}, {0.7f, 1, 0.1f}, {0.7f, 1, -0.1f}};
+    float most = 0;
+    for (const glm::vec3& shadow : passes::shadows_on_ground(top, scene.bounds_min.y, light)) {
+      const glm::vec4 clip = view.clip_from_world * glm::vec4(shadow, 1);
+      most = std::max({most, std::abs(clip.x / clip.w), std::abs(clip.y / clip.w)});
+    }
+    return most;
+  };
+  SceneBuilder robot;
+  const uint32_t matter = robot.material(matte({0.5f, 0.5f, 0.5f}));
+  robot.mesh_node("post", robot.box(matter, {0.1f, 0.5f, 0.1f}), at({0, 0.5f, 0}));
+  robot.mesh_node("boom", robot.box(matter, {0.4f, 0.05f, 0.1f}), at({0.3f, 0.95f, 0}));
+  scene::Light lamp;
+  lamp.type = scene::LightType::point;
+  lamp.intensity = 100;
+  robot.light_node(lamp, at({0, 2, 0}));
+  SceneBuilder with_low_sun = robot;
+  with_low_sun.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -0.03f, 0}));
+  glm::vec3 eye, eye_with_sun;
+  EXPECT_LT(shown(built(robot), {0, 2, 0, 1}, &eye), 1);
+  EXPECT_LT(shown(built(with_low_sun), {0, 2, 0, 1}, &eye_with_sun), 1);
+  EXPECT_EQ(eye, eye_with_sun);
 }
 
 TEST(DefaultLook, CamerasByName) {
