@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/text.h"
+#include "convert/sdf/sdf_prism.h"
 #include "convert/surfaces.h"
 
 namespace fire3dv::convert {
@@ -98,24 +99,18 @@ Result<void> SdfShapes::add(const SdfItem& visual, Mesh& mesh) {
 }
 
 Result<void> SdfShapes::add_polylines(const SdfItem& visual, Mesh& mesh) {
-  constexpr size_t kMaxAllPoints = 100'000;
-  constexpr size_t kMaxPoints = 500;  // of a polygon, whose triangulation takes cubic time
-  for (const SdfShape::Polyline& line : visual.shape->polylines) {
-    if (line.points.size() > kMaxPoints) {
-      notes_.push_back("a <polyline> has more than " + std::to_string(kMaxPoints) +
-                       " points and is left out: use a mesh");
-      continue;
-    }
-    polyline_points_ += line.points.size();
-    if (polyline_points_ > kMaxAllPoints)
-      return Error{"the polylines of the scene have more than " + std::to_string(kMaxAllPoints) +
-                   " points: use meshes"};
-    const Surface surface = prism(line.points, line.height);
-    if (surface.indices.empty())
-      return Error{"its <polyline> is not a polygon of finite size, or crosses itself"};
+  constexpr size_t kMaxPoints = 100'000, kMaxLines = 1'000;
+  const std::vector<SdfShape::Polyline>& lines = visual.shape->polylines;
+  for (const SdfShape::Polyline& line : lines) polyline_points_ += line.points.size();
+  if (polyline_points_ > kMaxPoints || lines.size() > kMaxLines)
+    return Error{"it has more than " + std::to_string(kMaxLines) +
+                 " polylines, or those of the scene have more than " + std::to_string(kMaxPoints) +
+                 " points: use a mesh"};
+  Prisms prisms = prisms_of(lines);
+  if (prisms.surfaces.empty()) return Error{"its <polyline> is not a polygon of finite size"};
+  for (const Surface& surface : prisms.surfaces)
     add_surface(mesh, surface, glm::dmat4(1), materials_.material(visual));
-  }
-  if (visual.shape->polylines.size() > 1) notes_.emplace_back("holes of its <polyline> are filled");
+  notes_.insert(notes_.end(), prisms.notes.begin(), prisms.notes.end());
   return {};
 }
 

@@ -40,8 +40,4 @@ class SdfShapes {
   size_t polyline_points_ = 0;  // of all visuals
 };
 
-// Prism between z = 0 and the height over a simple polygon, whose last point may repeat the first. Empty for
-// a polygon without area or one that crosses itself.
-Surface prism(const std::vector<glm::dvec2>& polygon, double height);
-
 }  // namespace fire3dv::convert

@@ -63,18 +63,62 @@ TEST_F(Sdf, PlanesAreSingleSided) {
   EXPECT_FALSE(model.materials[plane.material].double_sided);
 }
 
+struct Solid {
+  double volume = 0, area = 0;
+  double normal_error = 0;  // largest distance of a vertex normal from that of its triangle
+};
+
+Solid solid_of(const Mesh& mesh) {
+  Solid solid;
+  for (const Surface& surface : mesh.surfaces) {
+    for (size_t i = 0; i + 2 < surface.indices.size(); i += 3) {
+      const auto at = [&](size_t k) { return glm::dvec3(surface.positions[surface.indices[i + k]]); };
+      const glm::dvec3 doubled = glm::cross(at(1) - at(0), at(2) - at(0));
+      solid.volume += glm::dot(at(0), glm::cross(at(1), at(2))) / 6;
+      solid.area += glm::length(doubled) / 2;
+      for (size_t k = 0; k < 3; ++k)
+        solid.normal_error = std::max(
+            solid.normal_error,
+            glm::length(glm::normalize(doubled) - glm::dvec3(surface.normals[surface.indices[i + k]])));
+    }
+  }
+  return solid;
+}
+
 // A concave polygon of area 3, 2 m high: volume 6 by the divergence theorem.
 TEST_F(Sdf, PolylinesArePrisms) {
   const Model model = read(shape(
       "<polyline><point>0 0</point><point>0 2</point><point>1 2</point><point>1 1</point><point>2 1</point>"
       "<point>2 0</point><height>2</height></polyline>"));
-  const Surface& prism = surface(model, "m/l/v");
-  double volume = 0;
-  for (size_t i = 0; i + 2 < prism.indices.size(); i += 3) {
-    const auto at = [&](size_t k) { return glm::dvec3(prism.positions[prism.indices[i + k]]); };
-    volume += glm::dot(at(0), glm::cross(at(1), at(2))) / 6;
+  EXPECT_NEAR(solid_of(model.meshes.front()).volume, 6, 1e-5);
+}
+
+// Even-odd, in any order and direction: a frame with a peg in its hole, which has a hole, too, and a block
+// beside it. Areas: 16 - 4 + 1 - 0.25 and 2; walls: perimeters 16 + 8 + 4 + 2 and 6.
+TEST_F(Sdf, PolylinesInsideOfOthersAreHoles) {
+  const auto square = [](double x, double y, double half, bool clockwise, const char* height) {
+    std::string points;
+    for (int i = 0; i < 4; ++i) {
+      const int k = clockwise ? 3 - i : i;
+      points += "<point>" + std::to_string(x + (k == 0 || k == 3 ? -half : half)) + " " +
+                std::to_string(y + (k < 2 ? -half : half)) + "</point>";
+    }
+    return "<polyline>" + points + "<height>" + height + "</height></polyline>";
+  };
+  const std::string block =
+      "<polyline><point>9 0</point><point>10 0</point><point>10 2</point><point>9 2</point><height>3</height>"
+      "</polyline>";
+  for (const bool clockwise : {false, true}) {
+    const Model model = read(shape(square(0, 0, 1, clockwise, "2") + square(0, 0, 2, true, "2") + block +
+                                   square(0, 0, 0.25, !clockwise, "2") + square(0, 0, 0.5, clockwise, "2")));
+    EXPECT_EQ(warnings(model), "");
+    const Solid solid = solid_of(model.meshes.front());
+    EXPECT_NEAR(solid.volume, 2 * 12.75 + 3 * 2, 1e-5);
+    EXPECT_NEAR(solid.area, 2 * 12.75 + 2 * 30 + 2 * 2 + 3 * 6, 1e-5);
+    EXPECT_LT(solid.normal_error, 1e-5);
   }
-  EXPECT_NEAR(volume, 6, 1e-5);
+  const Model crossing = read(shape(square(0, 0, 1, false, "1") + square(0.9, 0.1, 0.5, false, "1")));
+  EXPECT_NEAR(solid_of(crossing.meshes.front()).volume, 4 + 1, 1e-5);
 }
 
 TEST_F(Sdf, MeshScaleAndNode) {

@@ -259,8 +259,9 @@ TEST_F(Sdf, HostileNumbersAreHarmless) {
   EXPECT_TRUE(node(model, "m/l/e"));
   std::string points;
   for (int i = 0; i < 20'000; ++i) points += "<point>" + std::to_string(i) + " 0</point>";
-  EXPECT_TRUE(
-      warns(read(shape("<polyline>" + points + "<height>1</height></polyline>")), "more than 500 points"));
+  const std::string line = "<polyline>" + points + "<height>1</height></polyline>";
+  EXPECT_TRUE(warns(read(shape(line)), "is not a polygon of finite size"));
+  EXPECT_TRUE(warns(read(shape(line + line + line + line + line + line)), "have more than 100000 points"));
 }
 
 // Every prefix of a file, and each of its characters replaced, ends in a model or an error.
