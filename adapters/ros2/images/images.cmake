@@ -10,5 +10,3 @@ fire3dv_library(fire3dv_ros2_images
   SOURCES images/camera_images.cpp images/camera_mount.cpp images/camera_options.cpp images/camera_topics.cpp
           images/image_output.cpp images/image_worker.cpp images/optical_frames.cpp
   LINK fire3dv_build_info fire3dv_ros2_cameras fire3dv_ros2_tf CLI11::CLI11)
-fire3dv_program(fire3dv-ros2-bench SOURCES images/bench/main.cpp images/bench/reader_process.cpp
-                LINK fire3dv_ros2_images)

@@ -17,12 +17,12 @@
 #include <vector>
 
 #include "adapters/ros2/dds/topics.h"
-#include "adapters/ros2/images/bench/reader_process.h"
 #include "adapters/ros2/images/camera_topics.h"
 #include "adapters/ros2/images/image_bytes.h"
 #include "adapters/ros2/images/messages.h"
 #include "base/command_line.h"
 #include "base/image/jpeg_encoder.h"
+#include "tools/lab/ros2_bench/reader_process.h"
 
 namespace fire3dv::ros2 {
 namespace {

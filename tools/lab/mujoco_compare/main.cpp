@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "adapters/mujoco/compare/labels.h"
-#include "adapters/mujoco/compare/renderers.h"
 #include "adapters/mujoco/options.h"
 #include "base/command_line.h"
 #include "renderer/sinks/png.h"
+#include "tools/lab/mujoco_compare/labels.h"
+#include "tools/lab/mujoco_compare/renderers.h"
 
 namespace fire3dv::mujoco {
 namespace {

@@ -1,4 +1,4 @@
-#include "adapters/mujoco/compare/labels.h"
+#include "tools/lab/mujoco_compare/labels.h"
 
 #include <algorithm>
 #include <cmath>

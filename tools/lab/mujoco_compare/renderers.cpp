@@ -1,4 +1,4 @@
-#include "adapters/mujoco/compare/renderers.h"
+#include "tools/lab/mujoco_compare/renderers.h"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>

@@ -1,4 +1,4 @@
-#include "adapters/ros2/images/bench/reader_process.h"
+#include "tools/lab/ros2_bench/reader_process.h"
 
 #include <poll.h>
 #include <spawn.h>

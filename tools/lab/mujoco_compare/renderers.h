@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "adapters/mujoco/compare/labels.h"
 #include "adapters/mujoco/compiled/load.h"
 #include "adapters/mujoco/publisher.h"
 #include "adapters/mujoco/simulation.h"
 #include "base/error.h"
+#include "tools/lab/mujoco_compare/labels.h"
 
 namespace fire3dv::mujoco {
 
