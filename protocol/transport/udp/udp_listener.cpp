@@ -6,7 +6,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -17,8 +16,7 @@
 #include "protocol/transport/udp/udp_control.h"
 #include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_handshake.h"
-#include "protocol/transport/udp/udp_poses.h"
-#include "protocol/transport/udp/udp_session.h"
+#include "protocol/transport/udp/udp_peers.h"
 
 namespace fire3dv::transport::udp {
 namespace {
@@ -27,36 +25,6 @@ constexpr int64_t kPeerTimeoutNs = 10 * kSecondNs;
 constexpr int64_t kTickNs = 10 * kMillisecondNs;
 constexpr size_t kMaxPeerControlBytes = 4 << 20;
 constexpr int64_t kMuteNs = 4 * kSecondNs;
-constexpr int64_t kReceiptEveryNs = 100 * kMillisecondNs;
-
-struct Peer {
-  PeerId id = 0;
-  uint64_t nonce = 0;
-  Address address;
-  Session session;
-  std::vector<std::byte> accept;  // plaintext answer, repeated if it was lost
-  ReceivedPoses poses;
-  uint64_t acknowledged_frame = 0;  // newest whole frame sent in a `have` message
-  Receipt reported;                 // receipt of the last `have` message
-  int64_t reported_at_ns = 0;
-  bool has_poses = false;  // pose datagrams were received
-  bool is_mute_noted = false;
-  uint64_t late_records = 0;  // outside the replay window of DTLS
-  int64_t connected_at_ns = 0;
-  int64_t last_message_ns = 0;  // arrival of the last pose or fragment of a control message
-  std::shared_ptr<PeerBudget> budget;
-  BudgetCharge pieces, parity;  // fragments of incomplete control messages; parts and parity of frames
-
-  // A pose, or a fragment of a control message.
-  bool has_any_message() const { return last_message_ns != connected_at_ns; }
-  // A report of received datagrams is due: soon after a loss, else in intervals, while datagrams come.
-  bool owes_receipt(int64_t now_ns) const {
-    const Receipt& now = session.receipt();
-    const bool has_lost = now.newest - now.received != reported.newest - reported.received;
-    return has_poses && now.received != reported.received &&
-           (has_lost || now_ns - reported_at_ns >= kReceiptEveryNs);
-  }
-};
 
 class UdpListener final : public NetworkListener {
  public:
@@ -98,8 +66,7 @@ class UdpListener final : public NetworkListener {
   void refuse_version(const Address& from, uint64_t nonce, const std::string& spoken);
   void make_room(int64_t now_ns);
   void refuse(const Address& to, uint64_t nonce, Refusal refusal, uint64_t more = 0);
-  uint64_t session_at(const Address& from) const;  // 0: none
-  void add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns);
+  Peer& add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns);
   // Returns a cause if the peer must be disconnected for `reason`.
   std::optional<Cause> control(Peer& peer, Type type, std::span<const std::byte> payload, int64_t now_ns,
                                std::string& reason);
@@ -120,8 +87,7 @@ class UdpListener final : public NetworkListener {
 
   // Used on the listener's thread only.
   Cookies cookies_;
-  std::unordered_map<uint64_t, Peer> peers_;  // by session
-  std::unordered_map<Address, uint64_t, AddressHash> session_at_;
+  PeerTable peers_;
   std::vector<uint64_t> touched_;  // sessions that may have something to send
 };
 
@@ -158,7 +124,7 @@ void UdpListener::run() {
         next_tick = after + kTickNs;
       }
       for (const uint64_t session : touched_)
-        if (const auto peer = peers_.find(session); peer != peers_.end()) emit_due(peer->second, after);
+        if (Peer* const peer = peers_.find(session)) emit_due(*peer, after);
       touched_.clear();
     } catch (const std::exception&) {  // out of memory: drops the current datagram only
       counters_.reject(Cause::no_memory);
@@ -239,16 +205,16 @@ void UdpListener::handle(const Address& from, std::span<std::byte> datagram, int
   if (header.version != kTransportVersion)
     return reject(Cause::version, "datagrams of transport version " + std::to_string(header.version) +
                                       " came; use the same version on both sides");
-  const auto found = peers_.find(header.session);
-  if (found == peers_.end() || found->second.session.sealed() || !(found->second.address == from)) {
+  Peer* const peer = peers_.find(header.session);
+  if (peer == nullptr || peer->session.sealed() || !(peer->address == from)) {
     counters_.reject(Cause::unknown_session);
     // Never answers a reset: two listeners would otherwise answer each other endlessly.
     if (header.type == Type::reset || header.type == Type::bye || header.type == Type::pong) return;
     return reset(from, header.session);
   }
   std::span<const std::byte> payload;
-  const auto received = found->second.session.receive(header, datagram, now_ns, payload);
-  handle_payload(header.session, found->second, received, header.type, payload, now_ns);
+  const auto received = peer->session.receive(header, datagram, now_ns, payload);
+  handle_payload(header.session, *peer, received, header.type, payload, now_ns);
 }
 
 // Not longer than the request: no amplification towards a spoofed address.
@@ -261,8 +227,8 @@ void UdpListener::reset(const Address& to, uint64_t session) {
 void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagram, int64_t now_ns) {
   using Kind = RecordDatagram::Kind;
   const RecordDatagram about = inspect_records(datagram);
-  const auto known = peers_.find(session_at(from));
-  Peer* const peer = known != peers_.end() && known->second.session.sealed() ? &known->second : nullptr;
+  Peer* const known = peers_.find_at(from);
+  Peer* const peer = known != nullptr && known->session.sealed() ? known : nullptr;
   if (about.kind == Kind::client_hello) {
     if (!key_) return refuse_key(from, about.nonce, "it has a key, and this renderer was given none");
     if (peer != nullptr && peer->nonce == about.nonce) return counters_.reject(Cause::replayed);
@@ -288,7 +254,7 @@ void UdpListener::handle_sealed(const Address& from, std::span<std::byte> datagr
     std::span<const std::byte> payload;
     const auto received = peer->session.open(about, datagram, now_ns, type, payload);
     if (received == Session::Received::repeated && peer->session.is_late(about)) note_late_records(*peer);
-    handle_payload(known->first, *peer, received, type, payload, now_ns);
+    handle_payload(peers_.session_at(from), *peer, received, type, payload, now_ns);
   } else {
     reject(Cause::malformed, "datagrams came that are not FIRE-3DV's; they are dropped");
   }
@@ -350,11 +316,6 @@ void UdpListener::refuse_version(const Address& from, uint64_t nonce, const std:
   refuse(from, nonce, Refusal::version_mismatch);
 }
 
-uint64_t UdpListener::session_at(const Address& from) const {
-  const auto found = session_at_.find(from);
-  return found != session_at_.end() ? found->second : 0;
-}
-
 std::optional<Refusal> UdpListener::refusal(const Address& from, size_t datagram_bytes, int64_t now_ns) {
   if (datagram_bytes < kLeastDatagramBytes || datagram_bytes > max_datagram_bytes_) {
     reject(Cause::oversize, "a publisher was refused: its datagrams have " + std::to_string(datagram_bytes) +
@@ -362,7 +323,7 @@ std::optional<Refusal> UdpListener::refusal(const Address& from, size_t datagram
                                 " are taken here; choose ?mtu= accordingly on both sides");
     return Refusal::datagram_bytes;
   }
-  const bool is_reconnect = session_at(from) != 0;
+  const bool is_reconnect = peers_.session_at(from) != 0;
   if (is_full(peers_.size()) && !is_reconnect) make_room(now_ns);
   if (is_full(peers_.size()) && !is_reconnect) {
     reject(Cause::full, "a publisher was refused: as many peers as allowed are connected");
@@ -385,19 +346,18 @@ void UdpListener::hello(const Address& from, const Header& header, std::span<con
   if (key_) return refuse_key(from, header.session, "it has no key");
   if (fields.mode != 0)
     return refuse_key(from, header.session, "it has a key, and this renderer was given none");
-  if (const auto known = peers_.find(session_at(from));
-      known != peers_.end() && known->second.nonce == header.session)
-    return send_to(from, known->second.accept);  // our answer was lost
+  if (const Peer* const known = peers_.find_at(from); known != nullptr && known->nonce == header.session)
+    return send_to(from, known->accept);  // our answer was lost
   const size_t datagram_bytes = fields.datagram_bytes != 0 ? fields.datagram_bytes : kDatagramBytes;
   if (const auto refused = refusal(from, datagram_bytes, now_ns))
     return refuse(from, header.session, *refused,
                   *refused == Refusal::datagram_bytes ? max_datagram_bytes_ : 0);
   const uint64_t session = random_id();
-  add_peer(session,
-           {0, header.session, from, Session(session, now_ns, nullptr, datagram_bytes),
-            write_accept(header.session, session, fields.datagram_bytes)},
-           now_ns);
-  send_to(from, peers_.at(session).accept);
+  const Peer& peer = add_peer(session,
+                              {0, header.session, from, Session(session, now_ns, nullptr, datagram_bytes),
+                               write_accept(header.session, session, fields.datagram_bytes)},
+                              now_ns);
+  send_to(from, peer.accept);
 }
 
 // First record after a completed handshake: the parameters. Only this authenticated record makes the session
@@ -429,15 +389,15 @@ bool UdpListener::sealed_hello(const Address& from, std::span<std::byte> datagra
   }
   Acceptor::Established established = acceptor_->extract(from);
   const uint64_t session = random_id();
-  add_peer(session,
-           {0,
-            established.nonce,
-            from,
-            Session(session, now_ns, std::move(established.dtls), parameters.datagram_bytes),
-            {}},
-           now_ns);
-  peers_.at(session).session.emit_number(Type::accept, parameters_number(parameters),
-                                         [&](auto bytes) { send_to(from, bytes); });
+  Peer& peer = add_peer(session,
+                        {0,
+                         established.nonce,
+                         from,
+                         Session(session, now_ns, std::move(established.dtls), parameters.datagram_bytes),
+                         {}},
+                        now_ns);
+  peer.session.emit_number(Type::accept, parameters_number(parameters),
+                           [&](auto bytes) { send_to(from, bytes); });
   return true;
 }
 
@@ -465,16 +425,16 @@ void UdpListener::make_room(int64_t now_ns) {
   end(silent->first, kEvictionReason);
 }
 
-void UdpListener::add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns) {
-  if (const uint64_t earlier = session_at(newcomer.address); earlier != 0)
+Peer& UdpListener::add_peer(uint64_t session, Peer&& newcomer, int64_t now_ns) {
+  if (const uint64_t earlier = peers_.session_at(newcomer.address); earlier != 0)
     end(earlier, "the publisher was restarted");
   note_shorter_datagrams(newcomer);
-  Peer& peer = peers_.emplace(session, std::move(newcomer)).first->second;
-  session_at_[peer.address] = session;
+  Peer& peer = peers_.add(session, std::move(newcomer));
   peer.connected_at_ns = peer.last_message_ns = now_ns;
   peer.id = ++last_id_;
   counters_.peers.set(peers_.size());
   peer.budget = connected(peer.id, peer.address.text());
+  return peer;
 }
 
 std::optional<Cause> UdpListener::control(Peer& peer, Type type, std::span<const std::byte> payload,
@@ -535,13 +495,13 @@ void UdpListener::take_outgoing() {
     outgoing.swap(outgoing_);
   }
   for (auto& [id, message] : outgoing) {
-    const auto found = std::find_if(peers_.begin(), peers_.end(),
-                                    [wanted = id](const auto& entry) { return entry.second.id == wanted; });
-    if (found == peers_.end()) continue;
-    touched_.push_back(found->first);
-    if (!found->second.session.sender().push(std::move(message), kMaxPeerControlBytes)) {
+    const uint64_t session = peers_.session_of(id);
+    Peer* const peer = peers_.find(session);
+    if (peer == nullptr) continue;
+    touched_.push_back(session);
+    if (!peer->session.sender().push(std::move(message), kMaxPeerControlBytes)) {
       counters_.reject(Cause::unread);
-      end(found->first, "it does not acknowledge its replies");
+      end(session, "it does not acknowledge its replies");
     }
   }
 }
@@ -552,14 +512,11 @@ void UdpListener::emit_due(Peer& peer, int64_t now_ns) {
 }
 
 void UdpListener::end(uint64_t session, const std::string& reason) {
-  const auto found = peers_.find(session);
-  if (found == peers_.end()) return;
-  Peer& peer = found->second;
-  peer.session.emit_bare(Type::bye, [&](auto datagram) { send_to(peer.address, datagram); });
-  inbox_.disconnected(peer.id, reason);
-  if (const auto at = session_at_.find(peer.address); at != session_at_.end() && at->second == session)
-    session_at_.erase(at);
-  peers_.erase(found);
+  Peer* const peer = peers_.find(session);
+  if (peer == nullptr) return;
+  peer->session.emit_bare(Type::bye, [&](auto datagram) { send_to(peer->address, datagram); });
+  inbox_.disconnected(peer->id, reason);
+  peers_.remove(session);
   counters_.peers.set(peers_.size());
 }
 

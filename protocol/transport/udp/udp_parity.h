@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/open_frames.h"
-#include "protocol/transport/udp/erasure_code.h"
+#include "protocol/transport/udp/erasure/erasure_code.h"
 #include "protocol/transport/udp/udp_session.h"
 
 namespace fire3dv::transport::udp {

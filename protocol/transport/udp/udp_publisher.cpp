@@ -10,21 +10,17 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "base/random.h"
 #include "protocol/transport/core/network_link.h"
 #include "protocol/transport/udp/udp_control.h"
-#include "protocol/transport/udp/udp_dtls.h"
 #include "protocol/transport/udp/udp_group_socket.h"
 #include "protocol/transport/udp/udp_handshake.h"
 #include "protocol/transport/udp/udp_path_probe.h"
 #include "protocol/transport/udp/udp_poses.h"
+#include "protocol/transport/udp/udp_session_opener.h"
 
 namespace fire3dv::transport::udp {
 namespace {
 
-constexpr int64_t kFirstHelloAfterNs = 10 * kMillisecondNs;
-constexpr int64_t kLongestHelloAfterNs = kSecondNs;
-constexpr int64_t kAddressTimeoutNs = 3 * kSecondNs;
 constexpr int64_t kLostAfterNs = 3500 * kMillisecondNs;
 // Resets and ICMP errors are not authenticated. After one, a sealed session probes the listener by pings and
 // ends only if no sealed datagram arrives within the timeout.
@@ -33,7 +29,6 @@ constexpr int64_t kProbePingNs = 200 * kMillisecondNs;
 constexpr int64_t kPublisherTickNs = 10 * kMillisecondNs;
 constexpr int64_t kIdleTickNs = 50 * kMillisecondNs;
 constexpr size_t kMaxQueuedBytes = 16 << 20;
-constexpr size_t kMaxReplyBytes = 4 << 20;
 
 // The simulator's thread sends pose datagrams itself; the link's thread connects, repeats and receives. All
 // sends are non-blocking, so that the lock is never held across a wait.
@@ -59,13 +54,6 @@ class UdpPublisher final : public NetworkPublisher {
  private:
   // The link's thread.
   bool visit(const Address& address) override;
-  std::unique_ptr<Session> connect(int fd);
-  std::unique_ptr<Session> connect_sealed(int fd);
-  // refused: the handshake has failed.
-  std::unique_ptr<Session> receive_answer(std::unique_ptr<Dtls>& dtls, std::span<std::byte> datagram,
-                                          bool& refused);
-  bool wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer, std::span<std::byte>& datagram);
-  void report_refusal(uint64_t answer, uint8_t version);
   void serve(int fd, std::unique_ptr<Session> session);
   // Performs all due work and sets the time of the next. Returns false if the session is over.
   bool tick(int fd, int64_t now_ns, int64_t& next_ns);
@@ -227,156 +215,15 @@ bool UdpPublisher::visit(const Address& address) {
   ::setsockopt(fd.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   ::setsockopt(fd.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
   if (::connect(fd.get(), address.get(), address.length) != 0) return false;
-  auto session = key_ ? connect_sealed(fd.get()) : connect(fd.get());
-  if (!session) return false;
+  SessionOpener opener(fd.get(), uri_, key_.get(), datagram_bytes_, thread_, counters_);
+  auto session = opener.open();
+  if (!session) {
+    if (!opener.refusal().empty()) set_problem(opener.refusal());
+    return false;
+  }
   set_problem({});
   serve(fd.get(), std::move(session));
   return true;
-}
-
-// Returns false if no listener is bound to the address. An empty datagram means timeout.
-bool UdpPublisher::wait_for_answer(int fd, int64_t until_ns, std::span<std::byte> buffer,
-                                   std::span<std::byte>& datagram) {
-  datagram = {};
-  if (!thread_.wait_for(fd, POLLIN | POLLERR, until_ns)) return true;
-  const ssize_t got = ::recv(fd, buffer.data(), buffer.size(), 0);
-  if (got < 0) return errno != ECONNREFUSED;
-  datagram = buffer.first(static_cast<size_t>(got));
-  return true;
-}
-
-std::unique_ptr<Session> UdpPublisher::connect(int fd) {
-  const uint64_t nonce = random_id();
-  uint64_t cookie = 0;
-  int64_t wait_ns = kFirstHelloAfterNs;
-  const int64_t until = monotonic_ns() + kAddressTimeoutNs;
-  std::byte buffer[kMaxDatagramBytes + 1];
-  const bool is_default = uri_.mtu == 0 && datagram_bytes_ == kDatagramBytes;
-  const auto asked_bytes = static_cast<uint16_t>(is_default ? 0 : datagram_bytes_.load());
-  while (!thread_.stopping() && monotonic_ns() < until) {
-    const Hello hello = write_hello(nonce, cookie, asked_bytes);
-    if (::send(fd, hello.data(), hello.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED) return nullptr;
-    const int64_t repeat_at = monotonic_ns() + wait_ns;
-    wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
-    bool answered = false;
-    while (!answered && !thread_.stopping() && monotonic_ns() < repeat_at) {
-      std::span<std::byte> datagram;
-      if (!wait_for_answer(fd, repeat_at, buffer, datagram)) return nullptr;
-      Header header;
-      if (!read_header(datagram, header) || header.session != nonce) continue;
-      const auto number = read_number(datagram.subspan(kHeaderBytes));
-      if (header.type == Type::refuse || header.version != kTransportVersion) {
-        report_refusal(number.value_or(0), header.version);
-        return nullptr;
-      }
-      if (header.type == Type::cookie && cookie == 0 && number) {
-        cookie = *number;
-        wait_ns = kFirstHelloAfterNs;
-        answered = true;
-      }
-      if (header.type != Type::accept || cookie == 0) continue;
-      const auto accept = read_accept(datagram, asked_bytes);
-      if (!accept) continue;
-      if (!accept->knows_datagram_bytes) {
-        report_refusal(refusal_number(Refusal::datagram_bytes, kDatagramBytes), header.version);
-        return nullptr;
-      }
-      return std::make_unique<Session>(accept->session, monotonic_ns(), nullptr, datagram_bytes_,
-                                       kMaxReplyBytes);
-    }
-  }
-  return nullptr;
-}
-
-// DTLS repeats its own flights; afterwards the sealed hello is repeated until it is answered.
-std::unique_ptr<Session> UdpPublisher::connect_sealed(int fd) {
-  std::unique_ptr<Dtls> dtls = key_->connect();
-  if (!dtls || dtls->handshake({}) == Dtls::Progress::failed) {
-    counters_.reject(Cause::no_memory);
-    return nullptr;
-  }
-  int64_t hello_at = 0, wait_ns = kFirstHelloAfterNs;
-  const int64_t until = monotonic_ns() + kAddressTimeoutNs;
-  std::byte buffer[kMaxDatagramBytes + 1];
-  for (int64_t now = monotonic_ns(); !thread_.stopping() && now < until; now = monotonic_ns()) {
-    if (dtls->repeat_flight() == Dtls::Progress::failed) return nullptr;
-    auto datagrams = dtls->take_outgoing();
-    if (dtls->established() && now >= hello_at) {
-      const Parameters parameters{.datagram_bytes = static_cast<uint16_t>(datagram_bytes_)};
-      datagrams.push_back(seal_number(*dtls, Type::hello, parameters_number(parameters)));
-      hello_at = now + wait_ns;
-      wait_ns = std::min(wait_ns * 2, kLongestHelloAfterNs);
-    }
-    for (const auto& datagram : datagrams)
-      if (::send(fd, datagram.data(), datagram.size(), MSG_NOSIGNAL) < 0 && errno == ECONNREFUSED)
-        return nullptr;
-    const int64_t next = dtls->established() ? hello_at : now + dtls->timeout_ns();
-    std::span<std::byte> datagram;
-    if (!wait_for_answer(fd, std::min(next, until), buffer, datagram)) return nullptr;
-    bool refused = false;
-    if (auto session = receive_answer(dtls, datagram, refused)) return session;
-    if (refused) return nullptr;
-  }
-  return nullptr;
-}
-
-std::unique_ptr<Session> UdpPublisher::receive_answer(std::unique_ptr<Dtls>& dtls,
-                                                      std::span<std::byte> datagram, bool& refused) {
-  // A plaintext refusal counts only before the handshake completes, and only if it repeats our nonce.
-  Header header;
-  if (read_header(datagram, header)) {
-    if (header.type != Type::refuse || dtls->established() || header.session != dtls->nonce()) return nullptr;
-    report_refusal(read_number(datagram.subspan(kHeaderBytes)).value_or(0), header.version);
-    refused = true;
-    return nullptr;
-  }
-  const RecordDatagram about = inspect_records(datagram);
-  if (about.kind == RecordDatagram::Kind::handshake && !dtls->established()) {
-    if (dtls->handshake(datagram) != Dtls::Progress::failed) return nullptr;
-    counters_.reject(Cause::malformed);
-    refused = true;
-    return nullptr;
-  }
-  if (about.kind != RecordDatagram::Kind::data) return nullptr;
-  const auto answer = open_number(*dtls, about, datagram);
-  if (!answer) {
-    counters_.reject(Cause::bad_key);
-  } else if (answer->type == Type::refuse) {
-    report_refusal(answer->number, kTransportVersion);
-    refused = true;
-  } else if (answer->type == Type::accept) {
-    if (read_parameters(answer->number) ==
-        Parameters{.datagram_bytes = static_cast<uint16_t>(datagram_bytes_)})
-      return std::make_unique<Session>(dtls->nonce(), monotonic_ns(), std::move(dtls), datagram_bytes_,
-                                       kMaxReplyBytes);
-    report_refusal(refusal_number(Refusal::datagram_bytes, read_parameters(answer->number).datagram_bytes),
-                   kTransportVersion);
-    refused = true;
-  }
-  return nullptr;
-}
-
-void UdpPublisher::report_refusal(uint64_t answer, uint8_t version) {
-  const std::string prefix = uri_text(uri_) + ": the renderer ";
-  switch (static_cast<Refusal>(answer & 0xffff)) {
-    case Refusal::version_mismatch:
-      counters_.reject(Cause::version);
-      return set_problem(prefix + "speaks transport version " + std::to_string(version) + ", this program " +
-                         std::to_string(kTransportVersion) + "; use the same version on both sides");
-    case Refusal::bad_key:
-      counters_.reject(Cause::bad_key);
-      return set_problem(prefix + (key_ ? "has another key or none; give both sides the same key file"
-                                        : "requires a key; give both sides the same key file"));
-    case Refusal::full:
-      counters_.reject(Cause::full);
-      return set_problem(prefix + "has as many publishers as it allows");
-    case Refusal::datagram_bytes:
-      counters_.reject(Cause::oversize);
-      return set_problem(prefix + "takes datagrams of at most " + std::to_string(answer >> 16 & 0xffff) +
-                         " bytes; choose ?mtu= accordingly on both sides");
-  }
-  counters_.reject(Cause::version);
-  set_problem(prefix + "refuses, and gives a reason that this version does not know");
 }
 
 void UdpPublisher::serve(int fd, std::unique_ptr<Session> session) {

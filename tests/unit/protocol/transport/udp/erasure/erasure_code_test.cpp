@@ -1,5 +1,5 @@
 // Reed-Solomon code of parity datagrams: field arithmetic, and restoration for every pattern of losses.
-#include "protocol/transport/udp/erasure_code.h"
+#include "protocol/transport/udp/erasure/erasure_code.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "protocol/transport/udp/erasure_code.h"
+#include "protocol/transport/udp/erasure/erasure_code.h"
 
 #include <algorithm>
 #include <array>
