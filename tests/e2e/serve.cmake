@@ -4,6 +4,7 @@ if(TARGET fire3dv AND TARGET bullet_arm AND NOT FIRE3DV_SANITIZE)
   fire3dv_e2e_test(live_memory SCRIPT browser/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES memory)
   set_property(TEST live_memory PROPERTY LABELS long)  # 600 images and 130 viewers
   fire3dv_e2e_test(live_paths SCRIPT browser/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES paths late_shadows)
+  fire3dv_e2e_test(live_jupyter SCRIPT browser/live_view_test.py PROGRAMS fire3dv bullet_arm e2e_publisher CASES jupyter)
   if(FIRE3DV_CHROMIUM)
     # The cases of one test share a browser.
     fire3dv_e2e_test(browser_views SCRIPT browser/browser_test.py PROGRAMS fire3dv bullet_arm CASES image cameras touch nodes)

@@ -4,6 +4,7 @@ refine."""
 import ctypes
 import json
 import os
+import re
 import statistics
 import struct
 import subprocess
@@ -11,9 +12,11 @@ import sys
 import time
 import urllib.request
 
+from chromium import WebSocketClient
 from harness import Publisher, main
 from hosts import SKIPPED, Host, cable, why_not
 from image_reader import check
+from jupyter_proxy import JupyterProxy
 from live_session import LiveRenderer, Session
 
 # Full numbers, by hand: FIRE3DV_LIVE_FRAMES=10000 FIRE3DV_LIVE_RECONNECTS=1000.
@@ -270,5 +273,38 @@ def slow(test):
         session.end()
 
 
+def jupyter(test):
+    """Through jupyter-server-proxy the page's files and images come, for the hub's origin alone."""
+    hub = "hub.example"
+    live = LiveRenderer(test, "--allow-origin", f"https://{hub}")
+    proxy = JupyterProxy()
+    path = f"/user/ann/proxy/{live.host.split(':')[1]}/"
+
+    def viewer(origin):
+        # As Chromium offers it.
+        return WebSocketClient("127.0.0.1", proxy.port, path + "socket", origin=origin, host_header=hub,
+                               more=["Sec-WebSocket-Extensions: permessage-deflate; client_max_window_bits", "Cookie: _xsrf=1"])
+    page = urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{proxy.port}{path}", headers={"Host": hub}), timeout=60).read().decode()
+    names = re.findall(r'(?:src|href)="([^"]+)"', page)
+    check(names and not any(name.startswith("/") or "//" in name for name in names), f"not relative to the page: {names}")
+    for name in names:
+        request = urllib.request.Request(f"http://127.0.0.1:{proxy.port}{path}{name}", headers={"Host": hub})
+        check(urllib.request.urlopen(request, timeout=60).read(), f"{name} is empty")
+    client = viewer(f"https://{hub}")
+    check(client.status == 101, f"no WebSocket: {client.status} {proxy.errors}")
+    client.send('{"type":"hello","token":"%s"}' % live.control.split("#")[1])
+    while b'"welcome"' not in client.receive()[1]:
+        pass
+    client.send('{"type":"size","width":%d,"height":%d}' % (WIDTH, HEIGHT))
+    first = receive_image(client)
+    client.send(json.dumps({"type": "shown", "image": first}))
+    client.send('{"type":"orbit","yaw":0.3,"pitch":0}')
+    check(receive_image(client) > first, "no second image")
+    client.close()
+    other = viewer("https://other.example")
+    check(other.status == 500 and any("--allow-origin https://other.example" in error for error in proxy.errors), f"{other.status} {proxy.errors}")
+    proxy.close()
+
+
 if __name__ == "__main__":
-    main({"memory": memory, "paths": paths, "late_shadows": late_shadows, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])
+    main({"memory": memory, "jupyter": jupyter, "paths": paths, "late_shadows": late_shadows, "slow": slow}, ["fire3dv", "bullet_arm", "publisher"])

@@ -19,13 +19,15 @@ HANG_S = 120
 class WebSocketClient:
     """Client side of RFC 6455, as far as the tests need it: whole texts, close codes, no extensions."""
 
-    def __init__(self, host, port, path, origin=None, host_header=None):
+    def __init__(self, host, port, path, origin=None, host_header=None, more=()):
+        """more: further lines of the request's head."""
         self.socket = socket.create_connection((host, port), timeout=HANG_S)
         self.received = b""
         lines = [f"GET {path} HTTP/1.1", f"Host: {host_header or f'{host}:{port}'}", "Upgrade: websocket", "Connection: Upgrade",
                  "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode()]
         if origin:
             lines.append(f"Origin: {origin}")
+        lines += more
         self.socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
         while b"\r\n\r\n" not in self.received:
             if not self._more():
@@ -62,6 +64,8 @@ class WebSocketClient:
             payload = self._take(size)
             kind = first & 15 or kind
             if kind in (9, 10):
+                if kind == 9:  # the server ends silent connections
+                    self.socket.sendall(b"\x8a" + struct.pack(">B", 0x80 | size) + bytes(4) + payload)
                 kind = 0
                 continue
             whole += payload
