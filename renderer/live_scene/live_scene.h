@@ -116,7 +116,7 @@ class LiveScene {
   // last, and adds no further nodes of theirs. In effect with the next image.
   void set_hidden_peers(std::set<const PeerBudget*> peers);
   bool hides_peers() const { return !hidden_peers_.empty(); }
-  const PeerBudget* vertex_peer(uint32_t node) const { return registry_.vertex_peer(node); }
+  const PeerBudget* vertex_peer(uint32_t node) const { return registry_.vertex_uses().peer(node); }
   // Called with a scene before its upload, and the roots of the peers that it adds nodes of. Returns the
   // peers whose nodes would take too long to prepare: then the scene is dropped, and these peers must be
   // hidden.

@@ -306,9 +306,7 @@ void EditRegistry::rebind_all(const PoseState& poses) {
   owners_below_.clear();
   parents_.clear();
   node_edits_.clear();
-  vertex_nodes_.clear();
-  vertex_uses_of_node_.clear();
-  vertex_budgets_.clear();
+  vertex_uses_.clear();
   owners_changed_ = true;
   resolved_ = {true, {}};
   for (auto& [age, stream] : streams_) {
@@ -410,7 +408,7 @@ EditRegistry::Resolved EditRegistry::take_resolved() {
 void EditRegistry::resolve_node(const scene::Scene& scene, const PoseState& poses, uint32_t node) {
   ++nodes_resolved_;
   if (!resolved_.all) resolved_.nodes.push_back(node);
-  drop_vertex_uses(node);
+  vertex_uses_.remove(node);
   node_edits_.erase(node);
   const auto editors = editors_.find(node);
   if (editors == editors_.end()) return;
@@ -521,40 +519,10 @@ bool EditRegistry::charge_light(const scene::Scene& scene, uint32_t node, Stream
   return true;
 }
 
-// The youngest of several streams that use the name pays.
-std::shared_ptr<PeerBudget> EditRegistry::vertex_budget(const std::string& node) const {
-  const auto found = vertex_budgets_.find(node);
-  return found == vertex_budgets_.end() ? nullptr : found->second.rbegin()->second;
-}
-
-const PeerBudget* EditRegistry::vertex_peer(uint32_t node) const {
-  const auto uses = vertex_uses_of_node_.find(node);
-  if (uses == vertex_uses_of_node_.end() || uses->second.empty()) return nullptr;
-  const VertexUse& use = uses->second.back();
-  const auto budgets = vertex_budgets_.find(use.name);
-  if (budgets == vertex_budgets_.end()) return nullptr;
-  const auto budget = budgets->second.find({use.age, node});
-  return budget == budgets->second.end() ? nullptr : budget->second.get();
-}
-
 void EditRegistry::set_built_vertex_nodes(const std::vector<std::string>& vertex_nodes,
                                           std::map<std::string, std::string> reasons) {
-  built_vertex_nodes_ = {vertex_nodes.begin(), vertex_nodes.end()};
-  vertex_refusals_ = std::move(reasons);
-  for (const auto& [node, uses] : vertex_uses_of_node_) dirty_.push_back(node);
-}
-
-void EditRegistry::drop_vertex_uses(uint32_t node) {
-  const auto uses = vertex_uses_of_node_.find(node);
-  if (uses == vertex_uses_of_node_.end()) return;
-  for (const VertexUse& use : uses->second) {
-    const auto budgets = vertex_budgets_.find(use.name);
-    budgets->second.erase({use.age, node});
-    if (!budgets->second.empty()) continue;
-    vertex_budgets_.erase(budgets);
-    vertex_nodes_.erase(use.name);
-  }
-  vertex_uses_of_node_.erase(uses);
+  vertex_uses_.set_built(vertex_nodes, std::move(reasons));
+  for (const uint32_t node : vertex_uses_.nodes()) dirty_.push_back(node);
 }
 
 void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, StreamEntry& stream,
@@ -574,17 +542,14 @@ void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, St
               std::to_string(entry.vertices->positions.size()));
     return;
   }
-  vertex_nodes_.insert(entry.edit.node);
-  vertex_budgets_[entry.edit.node][{stream.age, node}] = stream.budget;
-  vertex_uses_of_node_[node].push_back({entry.edit.node, stream.age});
+  vertex_uses_.add(node, entry.edit.node, stream.age, stream.budget);
   result.vertices = entry.vertices;
   if (scene.nodes[node].has_instance_vertices) {
     finish(stream, entry);
-  } else if (built_vertex_nodes_.contains(entry.edit.node)) {
-    const auto reason = vertex_refusals_.find(entry.edit.node);
+  } else if (vertex_uses_.is_built(entry.edit.node)) {
+    const std::string* const reason = vertex_uses_.refusal(entry.edit.node);
     fault(stream, entry, &EditFaults::unfit,
-          reason == vertex_refusals_.end() ? name + " has more vertices than there is room for"
-                                           : name + ": " + reason->second);
+          reason ? name + ": " + *reason : name + " has more vertices than there is room for");
   }
 }
 

@@ -16,6 +16,7 @@
 #include "protocol/wire/scene_edit.h"
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/edits/addition.h"
+#include "renderer/state/edits/vertex_uses.h"
 #include "renderer/state/pose_state.h"
 
 namespace fire3dv::state {
@@ -70,12 +71,8 @@ class EditRegistry {
   std::vector<std::pair<uint64_t, uint64_t>> take_withdrawn_nodes() {
     return std::exchange(withdrawn_nodes_, {});
   }
-  // Names of nodes with replaced vertices, as of the last resolve().
-  const std::set<std::string>& vertex_nodes() const { return vertex_nodes_; }
-  // Budget of the peer that replaces the vertices of this node; null: no limits.
-  std::shared_ptr<PeerBudget> vertex_budget(const std::string& node) const;
-  // Identity of the peer that replaces the vertices of this node of the scene; null: nobody, or no budget.
-  const PeerBudget* vertex_peer(uint32_t node) const;
+  // As of the last resolve().
+  const VertexUses& vertex_uses() const { return vertex_uses_; }
   // Reports that a scene with own vertices for these nodes is shown. A node that still shares its vertices is
   // refused them. reasons: messages for such nodes, by name.
   void set_built_vertex_nodes(const std::vector<std::string>& vertex_nodes,
@@ -144,10 +141,6 @@ class EditRegistry {
     uint64_t oldest() const;         // UINT64_MAX: none
   };
   using Versions = std::map<std::pair<uint64_t, uint64_t>, EditInForce*>;  // by age and version
-  struct VertexUse {
-    std::string name;
-    uint64_t age = 0;
-  };
 
   void store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetCharge charge);
   void resolve_name_conflict(const std::string& name, const NodeNames* file_names);
@@ -170,7 +163,6 @@ class EditRegistry {
   void update_owners_below(const scene::Scene& scene, const PoseState& poses);
   bool has_older_below(uint32_t node) const;
   void resolve_node(const scene::Scene& scene, const PoseState& poses, uint32_t node);
-  void drop_vertex_uses(uint32_t node);
   void report_unmatched();
   void finish(StreamEntry& stream, EditInForce& entry);
   EditInForce* find(const RequestedNode& node);
@@ -202,11 +194,7 @@ class EditRegistry {
   Resolved resolved_;
   uint64_t nodes_resolved_ = 0;
   EditFaults faults_;
-  std::set<std::string> vertex_nodes_, built_vertex_nodes_;
-  std::map<uint32_t, std::vector<VertexUse>> vertex_uses_of_node_;
-  std::map<std::string, std::map<std::pair<uint64_t, uint32_t>, std::shared_ptr<PeerBudget>>>
-      vertex_budgets_;  // by name, age and node
-  std::map<std::string, std::string> vertex_refusals_;
+  VertexUses vertex_uses_;
   uint64_t requested_revision_ = 0;
   std::set<uint64_t> changed_ages_;  // of streams whose requested nodes changed
   std::vector<std::pair<uint64_t, uint64_t>> withdrawn_nodes_;

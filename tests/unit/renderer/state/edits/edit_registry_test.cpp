@@ -387,7 +387,7 @@ TEST_F(EditRegistryTest, VerticesFinishWithNode) {
   scene::NodeEdits edits = registry_.resolve(shared, poses_);
   ASSERT_NE(edits.at(kBall).vertices, nullptr);
   EXPECT_EQ(edits.at(kBall).vertices->positions[2], glm::vec3(1, 2, 3));
-  EXPECT_EQ(registry_.vertex_nodes(), std::set<std::string>{"ball"});
+  EXPECT_EQ(registry_.vertex_uses().names(), std::set<std::string>{"ball"});
   EXPECT_TRUE(registry_.take_finished().empty());
   poses_.set_scene(own);
   (void)registry_.resolve(own, poses_);
@@ -403,7 +403,7 @@ TEST_F(EditRegistryTest, VerticesFinishWithNode) {
   edits = registry_.resolve(own, poses_);
   EXPECT_EQ(registry_.faults().unfit, 2u) << "too many, and no mesh";
   EXPECT_EQ(registry_.take_finished().size(), 2u) << "no frame waits for what will never be";
-  EXPECT_TRUE(registry_.vertex_nodes().empty());
+  EXPECT_TRUE(registry_.vertex_uses().names().empty());
 
   vertices.positions.resize(3);
   edit(id, "ball", wire::Property::vertices, vertices);
