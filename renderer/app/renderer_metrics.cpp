@@ -90,7 +90,7 @@ void RendererMetrics::tell(const StreamReceiver& receiver, size_t open_image_req
   gathered_.edit_faults = faults;
   gathered_.viewers = viewers;
   gathered_.image_requests = open_image_requests;
-  gathered_.image_requests_refused = receiver.refused_image_requests();
+  gathered_.image_requests_refused = receiver.images().refused();
   gathered_.peers = peer_uses(receiver);
   gathered_.streams.clear();
   std::map<uint64_t, Drawn> still_there;  // drops the counts of ended streams

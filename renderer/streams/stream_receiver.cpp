@@ -10,12 +10,6 @@
 #include "protocol/wire/encode.h"
 
 namespace fire3dv::app {
-namespace {
-
-constexpr int64_t kSecondNs = 1'000'000'000;
-constexpr uint32_t kLogsPerSecond = 10, kTotalLogsPerSecond = 200;
-
-}  // namespace
 
 const char* refusal_name(Refusal refusal) {
   switch (refusal) {
@@ -37,7 +31,25 @@ StreamReceiver::StreamReceiver(state::PoseState& poses, bool lockstep, const Pla
       lockstep_(lockstep),
       play_(play),
       budgets_(budgets ? std::move(budgets) : BudgetPool::create()),
-      clock_(monotonic_ns) {}
+      clock_{monotonic_ns},
+      scheduler_(
+          lockstep, clock_, budgets_,
+          {.handle =
+               [this](Peer peer, const transport::LinkEvent& event) {
+                 const bool changed = handle(peer, event);
+                 handled_peer_.reset();
+                 return changed;
+               },
+           .budget = [this](Peer peer) { return budget_of(peer); },
+           .pause = [this](Peer peer,
+                           bool is_paused) { listeners_[peer.first]->pause_peer(peer.second, is_paused); },
+           .overtaken = [this](Peer peer, uint64_t count) { count_overtaken(peer, count); },
+           .dropped =
+               [this](Peer peer, const std::string& reason) {
+                 log(warning("messages of " + listeners_[peer.first]->uri() + " peer " +
+                             std::to_string(peer.second) + " are dropped: " + reason));
+               }}),
+      images_(poses, [this](std::string text) { log(std::move(text)); }) {}
 
 std::shared_ptr<PeerBudget> StreamReceiver::budget_of(Peer peer) {
   std::shared_ptr<PeerBudget>& budget = peers_[peer].budget;
@@ -52,12 +64,11 @@ void StreamReceiver::add(std::unique_ptr<transport::ListenerLink> listener) {
 }
 
 bool StreamReceiver::poll() {
-  ++polls_;
-  now_ns_ = clock_();
-  bool changed = !lockstep_ && handle_deferred();
-  pause_deferred_peers();
-  const bool reads = !lockstep_ || std::none_of(peers_.begin(), peers_.end(),
-                                                [this](const auto& entry) { return is_ready(entry.second); });
+  poll_ = scheduler_.begin_poll();
+  clock_.update();
+  bool changed = !lockstep_ && scheduler_.handle_deferred();
+  scheduler_.pause_deferred_peers();
+  const bool reads = !lockstep_ || !scheduler_.has_ready();
   for (size_t i = 0; reads && i < listeners_.size(); ++i) {
     listeners_[i]->poll([&](const transport::LinkEvent& event) {
       if (watcher_) watcher_(i, event);
@@ -65,21 +76,20 @@ bool StreamReceiver::poll() {
     });
   }
   resolve_conflicts();
-  pause_deferred_peers();
-  if (lockstep_) changed |= handle_in_order();
-  now_ns_ = clock_();
-  changed |= poses_.advance(now_ns_);
+  scheduler_.pause_deferred_peers();
+  if (lockstep_) changed |= scheduler_.handle_in_order();
+  clock_.update();
+  changed |= poses_.advance(clock_.now_ns);
   report_refusals();
   report_bindings(false);
   report_poses();
-  send_clock_pings(now_ns_);
+  send_clock_pings();
   report_conditions();
   return changed;
 }
 
 void StreamReceiver::wait(std::chrono::nanoseconds timeout) {
-  if (std::any_of(peers_.begin(), peers_.end(), [this](const auto& entry) { return is_ready(entry.second); }))
-    return;
+  if (scheduler_.has_ready()) return;
   if (listeners_.empty()) return std::this_thread::sleep_for(timeout);
   // Several listeners take turns with a share of the timeout.
   for (const auto& listener : listeners_) listener->wait(timeout / static_cast<int64_t>(listeners_.size()));
@@ -96,13 +106,14 @@ void StreamReceiver::play(uint64_t epoch, bool interpolate, std::optional<int64_
     if (interpolate) {
       poses_.interpolate(stream.id, delay_ns);
     } else {
-      poses_.show_newest(stream.id, clock_());
+      poses_.show_newest(stream.id, clock_.read_ns());
     }
   }
 }
 
 // Clock offset pings to other machines: frequent at first, then often enough for drift.
-void StreamReceiver::send_clock_pings(int64_t now_ns) {
+void StreamReceiver::send_clock_pings() {
+  const int64_t now_ns = clock_.now_ns;
   constexpr int64_t kFirstEveryNs = 100'000'000, kLaterEveryNs = 1'000'000'000;
   constexpr uint64_t kFirst = 10;
   for (auto& [peer, stream] : stream_of_peer_) {
@@ -118,15 +129,15 @@ void StreamReceiver::send_clock_pings(int64_t now_ns) {
 void StreamReceiver::report_conditions() {
   // After a pause, also one of this program, the first frame needs a moment.
   constexpr int64_t kResumeNs = 1'000'000'000;
-  if (now_ns_ - std::exchange(conditions_at_ns_, now_ns_) > kResumeNs) expects_since_ns_ = now_ns_;
-  if (!expects_frames_ || now_ns_ - expects_since_ns_ < kResumeNs) return;
+  if (clock_.now_ns - std::exchange(conditions_at_ns_, clock_.now_ns) > kResumeNs)
+    expects_since_ns_ = clock_.now_ns;
+  if (!expects_frames_ || clock_.now_ns - expects_since_ns_ < kResumeNs) return;
   for (auto& [peer, stream] : stream_of_peer_) {
     report_losses(peer, stream);
     // Parts that arrive without a whole frame are reported as such, with another remedy.
     bool is_lost =
         !stream.losses.is_lossy() && poses_.streams()[stream.id].condition == state::Condition::lost;
-    // A simulator that waits for an image sends no frame meanwhile.
-    const bool waits = is_lost && image_handler_ && image_handler_->owes_image(stream.requester, now_ns_);
+    const bool waits = is_lost && images_.owes_image(stream.requester, clock_.now_ns);
     if (!std::exchange(stream.reported_waiting, waits) && waits)
       log(warning("images for stream \"" + stream.name +
                   "\" take several seconds, and it waits for them; fire3dv-inspect and --metrics list what "
@@ -142,7 +153,7 @@ void StreamReceiver::report_conditions() {
 void StreamReceiver::report_losses(Peer peer, PeerStream& stream) {
   const stream::FrameAssembler& frames = poses_.streams()[stream.id].assembler();
   using Change = FrameLossMonitor::Change;
-  const Change change = stream.losses.update(frames.opened(), frames.completed(), now_ns_);
+  const Change change = stream.losses.update(frames.opened(), frames.completed(), clock_.now_ns);
   if (change == Change::none) return;
   const std::string name = "stream \"" + stream.name + "\"";
   if (change == Change::whole) return log(name + ": its frames are whole again");
@@ -152,6 +163,36 @@ void StreamReceiver::report_losses(Peer peer, PeerStream& stream) {
   log(warning(name + ": frames come incomplete (" + counts + "): parts of them are lost or too late on " +
               listeners_[peer.first]->uri() +
               "; use tcp:// or tls:// there, ?parity=25 to a group, or smaller frames"));
+}
+
+bool StreamReceiver::receive(Peer peer, const transport::LinkEvent& event) {
+  using Kind = transport::LinkEvent::Kind;
+  if (event.kind == Kind::note) {
+    handled_peer_.reset();
+    log(warning(event.text));
+    return false;
+  }
+  PeerState& state = peers_[peer];
+  if (event.kind == Kind::connected) {
+    state.budget = listeners_[peer.first]->budget(peer.second);
+    state.host = host_of_peer(budget_of(peer)->name());
+  }
+  if (event.kind == Kind::pose || event.kind == Kind::control)
+    state.last_message_ns = event.received_ns != 0 ? event.received_ns : clock_.now_ns;
+  if (event.kind == Kind::disconnected) state.conflict.reset();
+  if (event.overtaken != 0) count_overtaken(peer, event.overtaken);
+  return scheduler_.receive(peer, event);
+}
+
+void StreamReceiver::count_overtaken(Peer peer, uint64_t poses) {
+  const auto stream = stream_of_peer_.find(peer);
+  if (stream != stream_of_peer_.end()) stream->second.overtaken += poses;
+}
+
+void StreamReceiver::add_edit_time(state::StreamId stream, int64_t ns) {
+  for (const auto& [peer, published] : stream_of_peer_) {
+    if (published.id == stream) scheduler_.add_control_time(peer, ns);
+  }
 }
 
 bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
@@ -165,6 +206,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     case Kind::disconnected: {
       suspend_stream(peer, std::string(event.text), true);
       peers_.erase(peer);
+      scheduler_.remove(peer);
       return false;
     }
     case Kind::pose:
@@ -176,12 +218,13 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
   if (!decoded) {
     reject(peer, Refusal::unreadable, decoded.error().message);
     if (const auto& request = decoder_.refused_request(); request && request->id != 0) {
-      send_refusal(peer,
-                   {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
+      images_.send_refusal(
+          *listeners_[peer.first], peer.second,
+          {request->epoch, request->id, wire::ImageRefusal::bad_request, decoded.error().message});
       return false;
     }
     // An unreadable message may have been a description, so its adapter gets a reply, at most one per poll.
-    if (kind == Kind::control && std::exchange(peers_[peer].answered_poll, polls_) != polls_) {
+    if (kind == Kind::control && std::exchange(peers_[peer].answered_poll, poll_) != poll_) {
       refuse_description(peer, 0, wire::WelcomeStatus::bad_description, decoded.error().message);
     }
     return false;
@@ -189,7 +232,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
   if (const auto* frame = std::get_if<wire::PoseFrameView>(&*decoded))
     return receive_frame(peer, *frame, event.received_ns);
   if (const auto* description = std::get_if<wire::StreamDescription>(&*decoded)) {
-    if (!handle_description(peer, *description)) put_back(peer, event);
+    if (!handle_description(peer, *description)) scheduler_.put_back(peer, event);
     return false;
   }
   if (auto* edit = std::get_if<wire::SceneEdit>(&*decoded)) {
@@ -203,7 +246,11 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     return stream != stream_of_peer_.end() && poses_.apply(stream->second.id, *edit);
   }
   if (const auto* request = std::get_if<wire::ImageRequest>(&*decoded)) {
-    route_image_request(peer, *request);
+    const auto stream = stream_of_peer_.find(peer);
+    if (stream != stream_of_peer_.end())
+      images_.request(stream->second.requester, *request, budget_of(peer));
+    else
+      reject(peer, Refusal::before_description, "image request before a description");
     return false;
   }
   if (const auto* ping = std::get_if<wire::Ping>(&*decoded)) {
@@ -219,7 +266,7 @@ bool StreamReceiver::handle(Peer peer, const transport::LinkEvent& event) {
     const auto stream = stream_of_peer_.find(peer);
     const bool is_expected =
         stream != stream_of_peer_.end() && pong->id != 0 && pong->id <= stream->second.pings;
-    const int64_t came_ns = event.received_ns != 0 ? event.received_ns : now_ns_;
+    const int64_t came_ns = event.received_ns != 0 ? event.received_ns : clock_.now_ns;
     if (is_expected && pong->ping_sender_time_ns <= static_cast<uint64_t>(came_ns))
       stream->second.clock.on_pong(static_cast<int64_t>(pong->ping_sender_time_ns), pong->answer_time_ns,
                                    came_ns);
@@ -236,7 +283,7 @@ bool StreamReceiver::receive_frame(Peer peer, const wire::PoseFrameView& frame, 
     reject(peer, Refusal::before_description, "pose frame before a description");
     return false;
   }
-  const int64_t came_ns = received_ns != 0 ? received_ns : now_ns_;
+  const int64_t came_ns = received_ns != 0 ? received_ns : clock_.now_ns;
   state::ClockOffset& clock = stream->second.clock;
   clock.on_frame(frame.header.publish_time_ns, came_ns);
   return poses_.push(stream->second.id, frame, clock.soonest_ns(frame.header.publish_time_ns), came_ns);
@@ -267,29 +314,9 @@ void StreamReceiver::reject(Peer peer, Refusal refusal, const std::string& reaso
   }
 }
 
-bool StreamReceiver::RateLimit::take(int64_t now_ns, uint32_t per_second) {
-  if (used == 0 || now_ns - since_ns >= kSecondNs) {
-    since_ns = now_ns;
-    used = 0;
-  }
-  if (used == per_second) return false;
-  ++used;
-  return true;
-}
-
-// Rate limit of notes: a peer that reconnects a thousand times a second must neither flood the terminal nor
-// suppress the notes of others.
 void StreamReceiver::log(std::string text) {
   const auto peer = handled_peer_ ? peers_.find(*handled_peer_) : peers_.end();
-  if ((peer != peers_.end() && !peer->second.log_limit.take(now_ns_, kLogsPerSecond)) ||
-      !total_log_limit_.take(now_ns_, kTotalLogsPerSecond)) {
-    ++suppressed_logs_;
-    return;
-  }
-  if (total_log_limit_.used == 1 && suppressed_logs_ != 0)
-    log_messages_.push_back("and " + std::to_string(std::exchange(suppressed_logs_, 0)) +
-                            " more such events");
-  log_messages_.push_back(std::move(text));
+  log_.add(std::move(text), peer != peers_.end() ? &peer->second.log_limit : nullptr, clock_.now_ns);
 }
 
 uint64_t StreamReceiver::rejected_messages() const {
@@ -318,10 +345,6 @@ std::optional<int64_t> StreamReceiver::published_ns(uint64_t epoch, uint64_t pub
     return stream.clock.local_ns(publish_time_ns);
   }
   return {};
-}
-
-std::vector<std::string> StreamReceiver::take_log_messages() {
-  return std::exchange(log_messages_, {});
 }
 
 }  // namespace fire3dv::app

@@ -163,7 +163,7 @@ bool StreamReceiver::handle_description(Peer peer, const wire::StreamDescription
     return true;
   }
   const PeerState& state = peers_.at(peer);
-  if (state.refused_epoch == description.epoch && now_ns_ - state.refused_ns < kRefusedNs) {
+  if (state.refused_epoch == description.epoch && clock_.now_ns - state.refused_ns < kRefusedNs) {
     refuse_description(peer, description.epoch, wire::WelcomeStatus::refused,
                        "another connection publishes this run of the stream and is alive; end one of them");
     return true;
@@ -175,14 +175,13 @@ bool StreamReceiver::handle_description(Peer peer, const wire::StreamDescription
 // Each new stream binds nodes and may replace the scene, so that those of one host are paced while other
 // streams are shown. Returns false if the description waits.
 bool StreamReceiver::admit(Peer peer, const wire::StreamDescription& description) {
-  PeerState& state = peers_.at(peer);
-  state.is_awaiting_stream = false;
+  const PeerState& state = peers_.at(peer);
+  scheduler_.end_wait(peer);
   if (lockstep_ || stream_of_peer_.empty()) return true;
-  const std::optional<int64_t> until_ns = admission_.wait_until_ns(state.host, now_ns_);
+  const std::optional<int64_t> until_ns = admission_.wait_until_ns(state.host, clock_.now_ns);
   if (!until_ns) return true;
-  state.is_awaiting_stream = true;
-  state.throttled_until_ns = std::max(state.throttled_until_ns, *until_ns);
-  if (admission_.take_notice(state.host, now_ns_))
+  scheduler_.await_stream(peer, *until_ns);
+  if (admission_.take_notice(state.host, clock_.now_ns))
     log(warning("stream \"" + name_of(description) + "\" waits: " + state.host + " begins more than " +
                 std::to_string(static_cast<int>(StreamAdmission::kPerSecond)) +
                 " streams a second, and others are shown; keep its connections open"));
@@ -236,8 +235,7 @@ void StreamReceiver::accept_stream(Peer peer, const wire::StreamDescription& des
   stream.name = name;
   stream.description_bytes = std::move(*bytes);
   stream.names = std::move(*names);
-  stream.requester = ++last_requester_;
-  peer_of_requester_.emplace(stream.requester, peer);
+  stream.requester = images_.add({listeners_[peer.first].get(), peer.second, id, stream.epoch, name});
   const std::string& their_boot = description.clock.boot_id;
   if (their_boot == boot_id()) stream.clock.same_clock();
   stream.interpolated =
@@ -285,7 +283,7 @@ void StreamReceiver::send_status(Peer peer, PeerStream& stream, const std::strin
 }
 
 void StreamReceiver::notify_bindings() {
-  now_ns_ = clock_();
+  clock_.update();
   report_bindings(true);
 }
 
@@ -297,7 +295,7 @@ void StreamReceiver::report_bindings(bool scene_is_new) {
     const bool rebound = bound.unmatched_names.revision() != stream.reported_unmatched ||
                          bound.conflicting_names.revision() != stream.reported_conflicting;
     const bool contested = bound.contested_names.revision() != stream.reported_contested;
-    if ((!rebound && !contested) || !stream.reports.take(now_ns_, kReportsPerSecond)) continue;
+    if ((!rebound && !contested) || !stream.reports.take(clock_.now_ns, kReportsPerSecond)) continue;
     handled_peer_ = peer;
     if (rebound) {
       log("stream \"" + stream.name + "\"" +
@@ -395,8 +393,7 @@ void StreamReceiver::report_refusals() {
 void StreamReceiver::drop_stream(Peer peer, const std::string& reason) {
   const auto ended = stream_of_peer_.find(peer);
   log("stream \"" + ended->second.name + "\" ended: " + reason);
-  if (image_handler_) image_handler_->on_requester_ended(ended->second.requester);
-  peer_of_requester_.erase(ended->second.requester);
+  images_.remove(ended->second.requester);
   stream_of_peer_.erase(ended);
 }
 
@@ -410,10 +407,10 @@ void StreamReceiver::end_stream(Peer peer, const std::string& reason) {
 uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bool passes_nodes) {
   const auto ended = stream_of_peer_.find(peer);
   if (ended == stream_of_peer_.end()) return 0;
-  const int64_t until_ns = now_ns_ + kGraceNs;
+  const int64_t until_ns = clock_.now_ns + kGraceNs;
   const uint64_t reservation = poses_.suspend_stream(ended->second.id, until_ns);
   std::erase_if(suspended_,
-                [this](const SuspendedStream& suspended) { return suspended.until_ns <= now_ns_; });
+                [this](const SuspendedStream& suspended) { return suspended.until_ns <= clock_.now_ns; });
   suspended_.push_back({peer.first, ended->second.epoch, ended->second.name, reservation, until_ns});
   if (suspended_.size() > state::PoseState::kMaxReservations)
     suspended_.erase(std::max_element(
@@ -430,7 +427,7 @@ uint64_t StreamReceiver::suspend_stream(Peer peer, const std::string& reason, bo
 // earlier run reconnects in time.
 void StreamReceiver::begin_stream(Peer peer, const wire::StreamDescription& description) {
   const auto same = std::find_if(suspended_.begin(), suspended_.end(), [&](const SuspendedStream& each) {
-    return each.listener == peer.first && each.until_ns > now_ns_ && each.epoch == description.epoch &&
+    return each.listener == peer.first && each.until_ns > clock_.now_ns && each.epoch == description.epoch &&
            each.name == name_of(description);
   });
   if (same == suspended_.end())
@@ -456,7 +453,7 @@ void StreamReceiver::begin_stream(Peer peer, const wire::StreamDescription& desc
 uint64_t StreamReceiver::claim_slot_of_suspended(Peer peer, const wire::StreamDescription& description) {
   const bool has_one_publisher = listeners_[peer.first]->uri().starts_with("shm://");
   const auto suspended = std::find_if(suspended_.begin(), suspended_.end(), [&](const SuspendedStream& each) {
-    return each.listener == peer.first && each.until_ns > now_ns_ && each.successor_epoch == 0 &&
+    return each.listener == peer.first && each.until_ns > clock_.now_ns && each.successor_epoch == 0 &&
            (has_one_publisher || each.name == name_of(description));
   });
   if (suspended == suspended_.end()) return 0;
@@ -483,11 +480,12 @@ void StreamReceiver::pass_nodes_to_successor(SuspendedStream& suspended) {
 void StreamReceiver::begin_conflict(Peer peer, const wire::StreamDescription& description, Peer older) {
   PeerStream& stream = stream_of_peer_.at(older);
   const bool may_be_same = older.first == peer.first && stream.name == name_of(description);
-  const int64_t decide_ns = std::max(peers_[older].last_message_ns + kSilentNs, now_ns_ + kAnswerNs);
-  peers_.at(peer).conflict = EpochConflict{older, description.epoch, may_be_same, now_ns_, decide_ns};
+  const int64_t decide_ns = std::max(peers_[older].last_message_ns + kSilentNs, clock_.now_ns + kAnswerNs);
+  peers_.at(peer).conflict = EpochConflict{older, description.epoch, may_be_same, clock_.now_ns, decide_ns};
+  scheduler_.hold(peer, true);
   send_status(older, stream,
               "another connection publishes this run of the stream; this one keeps it while it lives");
-  reply(older, wire::encode(wire::Ping{UINT64_MAX, static_cast<uint64_t>(now_ns_)}));
+  reply(older, wire::encode(wire::Ping{UINT64_MAX, static_cast<uint64_t>(clock_.now_ns)}));
 }
 
 void StreamReceiver::resolve_conflicts() {
@@ -497,12 +495,13 @@ void StreamReceiver::resolve_conflicts() {
     const auto older = stream_of_peer_.find(conflict.older);
     const bool ended = older == stream_of_peer_.end() || older->second.epoch != conflict.epoch;
     const int64_t last_message_ns = ended ? 0 : peers_[conflict.older].last_message_ns;
-    if (!ended && last_message_ns <= conflict.pinged_ns && now_ns_ < conflict.decide_ns) continue;
+    if (!ended && last_message_ns <= conflict.pinged_ns && clock_.now_ns < conflict.decide_ns) continue;
     state.conflict.reset();
+    scheduler_.hold(peer, false);
     if (ended) continue;
     if (last_message_ns > conflict.pinged_ns || !conflict.may_be_same) {
       state.refused_epoch = conflict.epoch;
-      state.refused_ns = now_ns_;
+      state.refused_ns = clock_.now_ns;
       handled_peer_ = peer;
       log(warning("stream \"" + older->second.name + "\": another connection (" +
                   listeners_[peer.first]->uri() + " peer " + std::to_string(peer.second) +

@@ -54,7 +54,7 @@ class Session {
         poses_(base_scene().scene),
         scene_(base_scene(), poses_, uploader_, assets()),
         receiver_(poses_, lockstep_, play(), budgets_),
-        requests_(receiver_, abilities()) {
+        requests_(receiver_.images(), abilities()) {
     auto link = std::make_unique<SessionLink>(!choices_.one_in(8));
     link_ = link.get();
     receiver_.add(std::move(link));
@@ -63,7 +63,7 @@ class Session {
     scene_.observe_edits([this](const state::SceneChanges& change) { hiding_.add(change); });
     scene_.charge_edit_time(
         [this](state::StreamId stream, int64_t ns) { receiver_.add_edit_time(stream, ns); });
-    receiver_.set_image_handler(&requests_);
+    receiver_.images().set_handler(&requests_);
   }
 
   void run() {

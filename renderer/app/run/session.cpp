@@ -170,9 +170,9 @@ Result<void> Session::choose_camera() {
 Result<void> Session::open_links(const std::string& notice) {
   poses_.emplace(scene());
   receiver_.emplace(*poses_, options_.lockstep, options_.play, application_.budgets);
-  replies_.emplace(*receiver_);
+  replies_.emplace(receiver_->images());
   requests_.emplace(*replies_, image_abilities(*application_.renderer, traces_requests(options_)));
-  receiver_->set_image_handler(&*requests_);
+  receiver_->images().set_handler(&*requests_);
   next_.emplace(document_, application_.caches,
                 [this](const scene::Scene& other) { return can_show(application_, other); });
   if (!notice.empty()) next_->note(notice);

@@ -10,8 +10,8 @@ namespace fire3dv::app {
 namespace {
 
 TEST_F(StreamReceiverTest, ImagesReturnToRequester) {
-  ImageRequestQueue requests(receiver_, {});
-  receiver_.set_image_handler(&requests);
+  ImageRequestQueue requests(receiver_.images(), {});
+  receiver_.images().set_handler(&requests);
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(2, LinkEvent::Kind::control, description(43));
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 5)));
@@ -65,8 +65,8 @@ TEST_F(StreamReceiverTest, ImpossibleImagesAreRefused) {
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 1)));
   EXPECT_EQ(last_refusal().reason, wire::ImageRefusal::no_way_back) << "there is no handler";
-  ImageRequestQueue requests(receiver_, {});
-  receiver_.set_image_handler(&requests);
+  ImageRequestQueue requests(receiver_.images(), {});
+  receiver_.images().set_handler(&requests);
   link_->carries = false;
   link_->deliver(1, LinkEvent::Kind::control, wire::encode(image_request(42, 2)));
   EXPECT_EQ(last_refusal().request, 2u);
@@ -186,7 +186,7 @@ TEST_F(StreamReceiverTest, StreamsThatWaitForImagesDoNotStall) {
     bool owes_image(state::RequesterId, int64_t) const override { return is_owing; }
     bool is_owing = true;
   } handler;
-  receiver_.set_image_handler(&handler);
+  receiver_.images().set_handler(&handler);
   link_->deliver(1, LinkEvent::Kind::control, description(42));
   link_->deliver(1, LinkEvent::Kind::pose, frame(42, 1));
   std::vector<std::string> log;
@@ -203,7 +203,7 @@ TEST_F(StreamReceiverTest, StreamsThatWaitForImagesDoNotStall) {
   handler.is_owing = false;
   wait(10);
   EXPECT_EQ(count_of(log, "stream \"adapter\" stalled"), 1u) << "it got its image and sends nothing";
-  receiver_.set_image_handler(nullptr);
+  receiver_.images().set_handler(nullptr);
 }
 
 TEST_F(StreamReceiverTest, ZeroPosesAreReported) {
