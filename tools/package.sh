@@ -5,18 +5,20 @@
 #                                            older packages are replaced
 #   tools/package.sh --build DIR OUTPUT_DIR  packs this finished build, builds nothing
 #   tools/package.sh --compression NAME ...  of the Debian packages: xz (default), gzip
+#   tools/package.sh --cpu-driver ...        also builds the wheel fire3dv-cpu, of this machine's Mesa
 #
 # The Debian packages are for the distribution that they are built on. FIRE3DV_PACKAGE_MAINTAINER="NAME <E-MAIL>" in the
 # environment names who distributes them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-build= output= compression=xz
+build= output= compression=xz cpu_driver=0
 while [ $# -gt 0 ]; do
   case "$1" in
     --build) build=${2:?--build needs a folder}; shift ;;
     --compression) compression=${2:?--compression needs a name}; shift ;;
-    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    --cpu-driver) cpu_driver=1 ;;
+    -h | --help) sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     -*) echo "package.sh: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) output=$1 ;;
   esac
@@ -24,7 +26,7 @@ while [ $# -gt 0 ]; do
 done
 output=${output:-build/packages}
 die() { printf 'package.sh: %s\n' "$*" >&2; exit 1; }
-for tool in cpack dpkg-deb dpkg-shlibdeps file go-md2man python3; do
+for tool in cpack dpkg-deb dpkg-shlibdeps file go-md2man patchelf python3; do
   command -v "$tool" >/dev/null || die "$tool is missing: run tools/setup.sh"
 done
 
@@ -49,6 +51,7 @@ cpack --config "$build/CPackConfig.cmake" -G DEB -B "$staging" -D CPACK_DEBIAN_C
   { cat "$staging/log.txt" >&2; die "cpack failed"; }
 # The system's own Python has the modules that setup.sh installs; the first one on the PATH need not.
 /usr/bin/python3 tools/wheel.py "$build" "$staging"
+[ $cpu_driver = 0 ] || /usr/bin/python3 tools/wheel.py --cpu "$staging"
 if command -v lintian >/dev/null; then
   lintian --allow-root --fail-on error "$staging"/*.deb || die "lintian reports errors"
 fi

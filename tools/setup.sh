@@ -26,6 +26,7 @@ packages=(
   iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel  # Python package: arrays, installation with pip
   go-md2man  # manual pages
+  patchelf  # wheels: search paths of carried libraries
   ffmpeg     # video of the demo
   file       # packages: CPack finds programs with it
 )

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""Wheel of the Python package, with a client library that needs no other library than the C library.
+"""Wheels: fire3dv, with the Python package, the programs and all that they need; fire3dv-cpu, Mesa's software driver.
 
-    wheel.py BUILD OUTPUT_DIR
+    wheel.py BUILD OUTPUT_DIR        fire3dv: of a Release build
+    wheel.py --cpu OUTPUT_DIR        fire3dv-cpu: of this machine's Mesa (package mesa-vulkan-drivers)
 
-BUILD is a Release build. The library is linked again from its static libraries, with OpenSSL and libsodium inside. Its glibc
-symbols decide the tag manylinux_2_N (PEP 600): the wheel runs on every distribution with glibc 2.N or newer.
+The client library is linked again from its static libraries, with OpenSSL and libsodium inside. Programs keep their shared
+libraries, which are carried beside them (packaging_tools/elf.py). The tag manylinux_2_N (PEP 600) is that of the newest glibc
+symbol version in any file but those that only replace a missing library of the system. Needs patchelf.
 """
 import argparse
 import glob
+import json
 import os
 import re
 import shutil
@@ -16,16 +19,14 @@ import sys
 import sysconfig
 import tempfile
 
+from packaging_tools.elf import GLIBC, Carrier, glibc_minor, needed, run
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
 LIBRARY = "libfire3dv-client.so.0"
-SYSTEM_LIBRARIES = re.compile(r"lib(c|m|dl|pthread|rt)\.so\.\d+|ld-linux[\w.-]*")  # parts of glibc
-
-
-def run(*command, **options):
-    done = subprocess.run(command, text=True, capture_output=True, check=False, **options)
-    if done.returncode:
-        sys.exit(f"wheel.py: {' '.join(command)} failed ({done.returncode}):\n{done.stdout}{done.stderr}")
-    return done.stdout
+PROGRAMS = ("fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3dv-record", "fire3dv-replay", "bullet_arm")
+ADAPTERS = ("fire3dv-drake", "fire3dv-gazebo", "fire3dv-mujoco", "fire3dv-ros2")  # where the build has them
+DRIVER = "libvulkan_lvp.so"
 
 
 def in_build(build, name):
@@ -59,36 +60,112 @@ def link_library(build, path):
         "-static-libstdc++", "-static-libgcc", "-Wl,--gc-sections,--no-undefined,-z,relro,-z,now,-s")
 
 
-def platform_tag(library):
-    """The tag manylinux_2_N_ARCH, of the newest glibc symbol version that the library needs."""
-    needed = re.findall(r"\(NEEDED\).*\[(.*)\]", run("readelf", "-dW", library))
-    foreign = [name for name in needed if not SYSTEM_LIBRARIES.fullmatch(name)]
+def platform_tag(files):
+    """The tag manylinux_2_N_ARCH, of the newest glibc symbol version that any of the files needs."""
+    minor = max(map(glibc_minor, files))
+    if not minor:
+        sys.exit("wheel.py: no file needs glibc: there is no tag for them")
+    return f"manylinux_2_{minor}_{sysconfig.get_platform().rsplit('-', 1)[-1]}"
+
+
+def debian_package(path):
+    """Name of the Debian package of a file; "" if it has none."""
+    for pattern in (path, os.path.realpath(path), "*" + os.path.realpath(path)):  # /lib is a link to /usr/lib
+        found = subprocess.run(("dpkg", "-S", pattern), text=True, capture_output=True, check=False).stdout
+        if found:
+            return found.split(":")[0]
+    return ""
+
+
+def write_licences(sources, folder):
+    """Copyright files of the Debian packages that the files are from."""
+    os.makedirs(folder)
+    for source in sources:
+        name = debian_package(source)
+        copyright_file = f"/usr/share/doc/{name}/copyright"
+        if not name or not os.path.exists(copyright_file):
+            sys.exit(f"wheel.py: {source} has no copyright file below /usr/share/doc")
+        shutil.copyfile(copyright_file, os.path.join(folder, name))
+
+
+def copy_programs(build, package):
+    """Programs of the build, and their libraries, into the folders bin and lib of the package folder."""
+    carrier = Carrier(package, given=[LIBRARY])
+    own = []
+    for name in (*PROGRAMS, *ADAPTERS):
+        path = os.path.join(os.path.realpath(build), "bin", name)
+        if os.path.exists(path):
+            carrier.program(path)
+            own.append(path)
+        elif name in PROGRAMS:
+            sys.exit(f"wheel.py: {path} is missing: build the target {name}")
+    write_licences(set(carrier.sources) - set(own), os.path.join(package, "licences"))
+    return carrier
+
+
+def pip_wheel(source, output, **environment):
+    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index", "--no-deps",
+        "--no-build-isolation", "--wheel-dir", output, source, env={**os.environ, **environment})
+
+
+def copy_tree(name, target):
+    shutil.copytree(os.path.join(ROOT, "adapters", "generic", name), target,
+                    ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
+
+
+def make_main_wheel(build, output, folder):
+    library, package, files = (os.path.join(folder, name) for name in (LIBRARY, "python", "files"))
+    os.makedirs(files)
+    link_library(build, library)
+    foreign = [name for name in needed(library) if not GLIBC.fullmatch(name)]
     if foreign:
         sys.exit(f"wheel.py: the library needs {', '.join(foreign)}, which is not part of glibc")
-    versions = [int(minor) for minor in re.findall(r"Name: GLIBC_2\.(\d+)", run("readelf", "-VW", library))]
-    if not versions:
-        sys.exit("wheel.py: the library needs no glibc: there is no tag for it")
-    return f"manylinux_2_{max(versions)}_{sysconfig.get_platform().rsplit('-', 1)[-1]}"
+    carrier = copy_programs(build, files)
+    copy_tree("python", package)
+    with open(os.path.join(package, "LICENSE"), "w", encoding="utf-8") as licence:  # setuptools adds it to the metadata
+        for part in (os.path.join("cmake", "package", "python", "NOTICE"), "LICENSE"):
+            with open(os.path.join(ROOT, part), encoding="utf-8") as file:
+                licence.write(file.read())
+    pip_wheel(package, output, FIRE3DV_CLIENT_LIBRARY=library, FIRE3DV="", FIRE3DV_WHEEL_FILES=files,
+              FIRE3DV_WHEEL_PLATFORM=platform_tag([library, *carrier.files(with_fallbacks=False)]))
+
+
+def make_driver_wheel(output, folder):
+    manifests = glob.glob("/usr/share/vulkan/icd.d/lvp_icd*.json")
+    if not manifests:
+        sys.exit("wheel.py: Mesa's software driver is missing: apt install mesa-vulkan-drivers")
+    with open(manifests[0], encoding="utf-8") as file:
+        manifest = json.load(file)
+    package = os.path.join(folder, "python-cpu")
+    copy_tree("python-cpu", package)
+    inner = os.path.join(package, "fire3dv_cpu")
+    named = manifest["ICD"]["library_path"]
+    [driver] = [named] if os.path.isabs(named) else glob.glob(f"/usr/lib/*/{DRIVER}")
+    carrier = Carrier(inner)
+    target = carrier.program(driver, folder="lib")
+    manifest["ICD"]["library_path"] = "./" + os.path.basename(target)
+    with open(os.path.join(inner, "lib", "lvp_icd.json"), "w", encoding="utf-8") as file:
+        json.dump(manifest, file, indent=2)
+    write_licences(carrier.sources, os.path.join(inner, "licences"))
+    pip_wheel(package, output, FIRE3DV_WHEEL_PLATFORM=platform_tag(carrier.files(with_fallbacks=False)))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build")
+    parser.add_argument("build", nargs="?")
     parser.add_argument("output_dir")
+    parser.add_argument("--cpu", action="store_true")
     args = parser.parse_args()
+    if bool(args.build) == args.cpu:
+        parser.error("name a build, or --cpu")
+    if not shutil.which("patchelf"):
+        sys.exit("wheel.py: patchelf is missing: run tools/setup.sh")
     os.makedirs(args.output_dir, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        library, package = os.path.join(folder, LIBRARY), os.path.join(folder, "python")
-        link_library(args.build, library)
-        shutil.copytree(os.path.join(ROOT, "adapters", "generic", "python"), package,
-                        ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-        with open(os.path.join(package, "LICENSE"), "w", encoding="utf-8") as licence:  # setuptools adds it to the metadata
-            for part in (os.path.join("cmake", "package", "python", "NOTICE"), "LICENSE"):
-                with open(os.path.join(ROOT, part), encoding="utf-8") as file:
-                    licence.write(file.read())
-        run(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index", "--no-deps",
-            "--no-build-isolation", "--wheel-dir", args.output_dir, package,
-            env={**os.environ, "FIRE3DV_CLIENT_LIBRARY": library, "FIRE3DV": "", "FIRE3DV_WHEEL_PLATFORM": platform_tag(library)})
+        if args.cpu:
+            make_driver_wheel(args.output_dir, folder)
+        else:
+            make_main_wheel(args.build, args.output_dir, folder)
 
 
 if __name__ == "__main__":

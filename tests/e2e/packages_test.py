@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import zipfile
 
 source, build, version, multiarch, *optional = sys.argv[1:]
 PROGRAMS = {"fire3dv": ["fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3dv-record", "fire3dv-replay"],
@@ -171,20 +170,47 @@ def check_python(root, work, wheel):
     assert said.split() == [version, version, library, f"{modules}/fire3dv/__init__.py", f"{root}/usr/bin/fire3dv",
                             "(24,", "32,", "4)", "True"], said
 
+    check_wheel(work, wheel)
+
+
+WHEEL_PROGRAMS = sorted([*PROGRAMS["fire3dv"], "bullet_arm", *[f"fire3dv-{name}" for name in optional]])
+GLIBC = re.compile(r"lib(c|m|dl|pthread|rt|resolv|util)\.so\.\d+|ld-linux[\w.-]*")
+
+
+def check_wheel(work, wheel):
+    """The wheel holds the programs and all that they need but glibc; its commands and its Renderer work."""
     tag = re.fullmatch(rf"fire3dv-{re.escape(version)}-py3-none-manylinux_2_(\d+)_\w+\.whl", os.path.basename(wheel))
     assert tag, f"the wheel is called {wheel}"
+    assert os.path.getsize(wheel) < 60e6, f"the wheel has {os.path.getsize(wheel)} bytes"
     folder = os.path.join(work, "wheel")
-    zipfile.ZipFile(wheel).extractall(folder)
-    inside = os.path.join(folder, "fire3dv/libfire3dv-client.so.0")
-    text = run("readelf", "-dVW", inside)
-    needed = set(re.findall(r"\(NEEDED\).*\[(.*)\]", text))
-    assert all(name.startswith(("libc.so.", "libm.so.", "ld-linux")) for name in needed), needed
-    assert max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)", text))) <= int(tag.group(1)), "the wheel's tag promises too much"
-    said = run(sys.executable, "-c", USE, cwd=work, PYTHONPATH=folder)
-    assert said.split() == [version, version, inside, f"{folder}/fire3dv/__init__.py"], said
+    run(sys.executable, "-m", "zipfile", "-e", wheel, folder)
+    package = os.path.join(folder, "fire3dv")
+    libraries = {os.path.basename(path) for path in elf_files(package)}
+    for path in elf_files(package):
+        text, name = run("readelf", "-dVW", path), os.path.relpath(path, package)
+        for library in re.findall(r"\(NEEDED\).*\[(.*)\]", text):
+            assert GLIBC.fullmatch(library) or library in libraries, f"{name} needs {library}, which the wheel lacks"
+        if not re.match(r"lib/(stdcxx|vulkan|x11)/", name):  # these replace libraries that the system lacks
+            newest = max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)", text)), default=0)
+            assert newest <= int(tag.group(1)), f"{name} needs glibc 2.{newest}, the wheel's tag promises {tag.group(1)}"
+    assert sorted(os.listdir(os.path.join(package, "bin"))) == WHEEL_PROGRAMS, os.listdir(os.path.join(package, "bin"))
+    [entry_points] = glob.glob(os.path.join(folder, "*.dist-info", "entry_points.txt"))
+    commands = re.findall(r"^([\w-]+) = fire3dv\.__main__:main$", open(entry_points, encoding="utf-8").read(), re.MULTILINE)
+    assert sorted(commands) == WHEEL_PROGRAMS, commands
     [licence] = glob.glob(os.path.join(folder, "*.dist-info", "**", "LICENSE"), recursive=True)
     for part in ("OpenSSL", "libsodium", "Apache License"):
         assert part in open(licence, encoding="utf-8").read(), f"{part} is not in the wheel's LICENSE"
+    assert {"libglfw3", "libvulkan1", "libopenexr-3-1-30"} & set(os.listdir(os.path.join(package, "licences"))), "licences"
+    for program in (os.path.join(package, "bin", name) for name in WHEEL_PROGRAMS):  # pip marks them as executable
+        os.chmod(program, 0o755)
+    said = run(sys.executable, "-m", "fire3dv", "--version", cwd=work, PYTHONPATH=folder)
+    assert f"fire3dv {version} " in said, said
+    inside = os.path.join(package, "libfire3dv-client.so.0")
+    said = run(sys.executable, "-W", "ignore", "-c", USE, "arm.glb", cwd=work, PYTHONPATH=folder)
+    assert said.split() == [version, version, inside, f"{package}/__init__.py", f"{package}/bin/fire3dv", "(24,", "32,", "4)",
+                            "True"], said
+    said = run(sys.executable, "-m", "fire3dv", "demo", "--out", "demo", "--size", "64x36", cwd=work, PYTHONPATH=folder)
+    assert "16 images of the moving arm" in said and len(glob.glob(os.path.join(work, "demo", "frame_*.png"))) == 16, said
 
 
 def check_completions(root):

@@ -1,6 +1,7 @@
 """Build step that copies the client library, the renderer and the converter of this source tree into the package.
 
 FIRE3DV_CLIENT_LIBRARY in the environment names another library, FIRE3DV another renderer; empty, they leave it out.
+FIRE3DV_WHEEL_FILES is a folder whose contents go into the package: programs in bin, their libraries in lib.
 FIRE3DV_WHEEL_PLATFORM is the platform tag of a wheel; without it, the tag is that of this machine's own programs. All
 intermediate files are in a temporary folder: the source tree stays clean.
 """
@@ -32,6 +33,16 @@ def library():
     return next(iter(PLACES["in_build_trees"](PACKAGE)), None)
 
 
+def wheel_files():
+    return os.environ.get("FIRE3DV_WHEEL_FILES")
+
+
+def commands():
+    """Entry points of the programs in the package: scripts that pip puts on the PATH."""
+    names = os.listdir(os.path.join(wheel_files(), "bin")) if wheel_files() else map(os.path.basename, programs())
+    return [f"{name} = fire3dv.__main__:main" for name in sorted(names)]
+
+
 def programs():
     """Renderer and converter, of the build that the library is from."""
     named = os.environ.get("FIRE3DV")
@@ -49,6 +60,8 @@ class WithPrograms(build_py):
         package = os.path.join(self.build_lib, "fire3dv")
         if library():
             shutil.copyfile(library(), os.path.join(package, PLACES["FILE_NAME"]))
+        if wheel_files():
+            shutil.copytree(wheel_files(), package, dirs_exist_ok=True)
         for program in programs():
             os.makedirs(os.path.join(package, "bin"), exist_ok=True)
             shutil.copy(program, os.path.join(package, "bin", os.path.basename(program)))
@@ -56,7 +69,7 @@ class WithPrograms(build_py):
 
 class OfOnePlatform(Distribution):
     def has_ext_modules(self):
-        return bool(library() or programs())
+        return bool(library() or programs() or wheel_files())
 
 
 class OfEveryPython(bdist_wheel):
@@ -75,4 +88,5 @@ def in_temporary_folder():
     return {"build": {"build_base": folder}, "egg_info": {"egg_base": folder}}
 
 
-setup(cmdclass={"build_py": WithPrograms, "bdist_wheel": OfEveryPython}, distclass=OfOnePlatform, options=in_temporary_folder())
+setup(entry_points={"console_scripts": commands()}, cmdclass={"build_py": WithPrograms, "bdist_wheel": OfEveryPython},
+      distclass=OfOnePlatform, options=in_temporary_folder())

@@ -6,6 +6,7 @@ import subprocess
 import threading
 from typing import IO, Any, Dict, List, Optional, Sequence, Set, Tuple
 
+from ._programs import environment_of
 from .errors import ArgumentError, ErrorCode, RendererNotFound
 
 _GLTF = (".glb", ".gltf")
@@ -83,7 +84,7 @@ def converted(scene: str, program: str, arguments: Sequence[str], purpose: str) 
     for option, value in zip(words, words[1:]):
         if option in _CONVERTER_OPTIONS:
             command += ["--all"] if (option, value) == ("--models", "all") else [_CONVERTER_OPTIONS[option], value]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    done = subprocess.run(command, env=environment_of(converter, None), stdin=subprocess.DEVNULL, capture_output=True, check=False)
     if done.returncode != 0:
         raise ArgumentError(ErrorCode.ARGUMENT, f"{scene}: {done.stderr.decode('utf-8', 'replace').strip()}")
     return done.stdout

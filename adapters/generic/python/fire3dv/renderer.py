@@ -15,6 +15,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, TextIO, Tuple, Union
 from ._library import library_file
 from ._numbers import real, whole
 from ._process import GuardedProcess
+from ._programs import environment_of
 from ._scene_names import InstanceList, SceneNames
 from .errors import ArgumentError, Error, ErrorCode, LibraryNotFound, RendererError, RendererNotFound, StateError
 from .stream import Stream
@@ -121,7 +122,7 @@ class Renderer:
         if not any(word == "--instances" or word.startswith("--instances=") for word in command):
             command += ["--instances", self.instances.path]
         try:
-            self._process = GuardedProcess(command, environment, log, folder)
+            self._process = GuardedProcess(command, environment_of(self.program, environment), log, folder)
         except OSError as fault:
             shutil.rmtree(folder, ignore_errors=True)
             raise RendererError(ErrorCode.SYSTEM, f"{self.program} cannot be started: {fault}") from None

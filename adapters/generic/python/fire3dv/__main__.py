@@ -1,0 +1,105 @@
+"""Commands of the wheel: its programs by name, python -m fire3dv for the renderer, and fire3dv demo."""
+import argparse
+import glob
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from typing import List, Sequence
+
+from ._programs import environment, path_of
+from .errors import Error
+
+STEP_HZ = 240
+IMAGES_HZ = 15
+
+
+def _uri(folder: str) -> str:
+    """A stream over shared memory, or over a socket of this machine where there is no /dev/shm that can be written."""
+    if os.access("/dev/shm", os.W_OK | os.X_OK):
+        return f"shm://fire3dv-demo-{uuid.uuid4().hex[:12]}"
+    import socket
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+
+
+def _run(renderer: List[str], simulator: List[str], folder: str) -> int:
+    """Runs both to the renderer's end. Returns its exit status."""
+    variables = environment()
+    with open(os.path.join(folder, "bullet_arm.log"), "w", encoding="utf-8") as log:
+        arm = subprocess.Popen([path_of("bullet_arm"), *simulator], env=variables, stdout=log, stderr=subprocess.STDOUT,
+                               stdin=subprocess.DEVNULL)
+        try:
+            return subprocess.run([path_of("fire3dv"), *renderer], env=variables, check=False).returncode
+        except KeyboardInterrupt:
+            return 130
+        finally:
+            arm.terminate()
+            arm.wait()
+
+
+def _window(scene: str, folder: str) -> int:
+    uri = _uri(folder)
+    print(f"fire3dv demo: a window shows the arm, whose poses arrive over {uri}; close it to end", file=sys.stderr)
+    return _run([scene, "--listen", uri, "--camera", "camera_front"], ["--to", uri, "--realtime", "--loop"], folder)
+
+
+def _images(scene: str, folder: str, options: argparse.Namespace) -> int:
+    uri, out, start = _uri(folder), os.path.abspath(options.out), time.time()
+    every = str(STEP_HZ // IMAGES_HZ)
+    status = _run([scene, "--listen", uri, "--headless", "--lockstep", "--exit-when-done", "--size", options.size, "--camera",
+                   "camera_front", "--out", out],
+                  ["--to", uri, "--seconds", str(options.seconds), "--rate", str(STEP_HZ), "--lockstep", "--lockstep-every", every,
+                   "--publish-every", every], folder)
+    if status == 0:
+        count = sum(os.path.getmtime(path) >= start for path in glob.glob(os.path.join(glob.escape(out), "frame_*.png")))
+        print(f"{count} images of the moving arm in {time.time() - start:.1f} s: {os.path.join(out, 'frame_000000.png')} and on\n"
+              f"next: fire3dv FILE draws a robot of yours (glTF, URDF, MJCF, SDF, ...); fire3dv --help")
+    return status
+
+
+def demo(arguments: Sequence[str]) -> int:
+    """A simulated robot arm in one process, drawn by another, in a window or as images. Returns the exit status."""
+    parser = argparse.ArgumentParser(prog="fire3dv demo", description="A simulated robot arm in one process, drawn by another: "
+                                     "in a window, or as images where there is no display.")
+    parser.add_argument("--out", metavar="DIR", help="write images, to this folder (default without a display: fire3dv-demo)")
+    parser.add_argument("--seconds", type=int, default=1, metavar="N", help="simulated seconds of the images (default 1)")
+    parser.add_argument("--size", default="640x360", metavar="WxH", help="of the images (default 640x360)")
+    options = parser.parse_args(arguments)
+    has_display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    with tempfile.TemporaryDirectory(prefix="fire3dv-demo-") as folder:
+        scene = os.path.join(folder, "arm.glb")
+        made = subprocess.run([path_of("bullet_arm"), "--write-scene", scene], env=environment(), stdout=subprocess.DEVNULL, check=False)
+        if made.returncode:
+            return made.returncode
+        if has_display and not options.out:
+            status = _window(scene, folder)
+            if status in (0, 130):
+                return status
+            print("fire3dv demo: no window could be opened; writing images instead", file=sys.stderr)
+        options.out = options.out or "fire3dv-demo"
+        return _images(scene, folder, options)
+
+
+def main() -> None:
+    """Becomes the program that the script is named after."""
+    name = os.path.basename(sys.argv[0])
+    if name == "__main__.py":  # python -m fire3dv
+        name = "fire3dv"
+    program = name
+    try:
+        if name == "fire3dv" and sys.argv[1:2] == ["demo"]:
+            sys.exit(demo(sys.argv[2:]))
+        program = path_of(name)
+        os.execve(program, [program, *sys.argv[1:]], environment())
+    except Error as error:
+        sys.exit(f"{name}: error: {error}")
+    except OSError as error:
+        sys.exit(f"{name}: error: {program} cannot be started ({error.strerror}): install the package again")
+
+
+if __name__ == "__main__":
+    main()
