@@ -232,7 +232,7 @@ TEST(DefaultLook, GroundShadowsAreInTheImage) {
 }
 
 // A lamp at twice the height of a robot, as many descriptions have it: its shadow is as long as the robot is
-// tall. A second light whose shadow is too long for the image changes nothing.
+// tall. Another light whose shadow is too long for the image changes nothing.
 TEST(DefaultLook, EachLightHasItsShadowInTheImage) {
   const auto shown = [](const scene::Scene& scene, const glm::vec4& light, glm::vec3* eye) {
     const app::CameraRig rig = *app::CameraRig::create(scene, app::camera_start({}, scene, "auto", {}));
@@ -250,12 +250,12 @@ TEST(DefaultLook, EachLightHasItsShadowInTheImage) {
   const uint32_t matter = robot.material(matte({0.5f, 0.5f, 0.5f}));
   robot.mesh_node("post", robot.box(matter, {0.1f, 0.5f, 0.1f}), at({0, 0.5f, 0}));
   robot.mesh_node("boom", robot.box(matter, {0.4f, 0.05f, 0.1f}), at({0.3f, 0.95f, 0}));
+  SceneBuilder with_low_sun = robot;
+  with_low_sun.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -0.03f, 0}));
   scene::Light lamp;
   lamp.type = scene::LightType::point;
   lamp.intensity = 100;
-  robot.light_node(lamp, at({0, 2, 0}));
-  SceneBuilder with_low_sun = robot;
-  with_low_sun.light_node(sun({1, 1, 1}, 2), shining_towards({-1, -0.03f, 0}));
+  for (SceneBuilder* builder : {&robot, &with_low_sun}) builder->light_node(lamp, at({0, 2, 0}));
   glm::vec3 eye, eye_with_sun;
   EXPECT_LT(shown(built(robot), {0, 2, 0, 1}, &eye), 1);
   EXPECT_LT(shown(built(with_low_sun), {0, 2, 0, 1}, &eye_with_sun), 1);
