@@ -190,7 +190,7 @@ scene::ThinLens ImageBatchRenderer::used_lens(const WorkItem& work) const {
 
 passes::View ImageBatchRenderer::view_of(const WorkItem& work) const {
   const ImageCamera& camera = work.camera;
-  passes::View view = passes::make_view(camera.pinhole, camera.world_from_camera);
+  passes::View view = pinhole_view(camera);
   view.camera = work.due.request.node;
   view.exposure = camera.exposure;
   view.ground = camera.ground;

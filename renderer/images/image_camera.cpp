@@ -35,6 +35,14 @@ std::optional<glm::mat4> rigid(const glm::mat4& pose) {
   return result;
 }
 
+// Whether the axes of a pose without scale are those of the rigid transform: neither sheared nor mirrored.
+bool is_scaled(const glm::mat4& pose, const glm::mat4& rigid_pose) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (glm::distance(glm::normalize(glm::vec3(pose[axis])), glm::vec3(rigid_pose[axis])) > 1e-5f)
+      return false;
+  return true;
+}
+
 // Reason why a name finds no node.
 std::string unknown_node(const scene::Scene& scene, const std::string& name) {
   const auto count = std::ranges::count(scene.nodes, name, &scene::Node::name);
@@ -51,6 +59,13 @@ wire::Affine3x4 affine_of(const glm::mat4& matrix) {
     for (int column = 0; column < 4; ++column)
       affine.m[static_cast<size_t>(row * 4 + column)] = matrix[column][row];
   return affine;
+}
+
+passes::View pinhole_view(const ImageCamera& camera) {
+  if (!camera.node_camera) return passes::make_view(camera.pinhole, camera.world_from_camera);
+  const glm::vec2 size(camera.pinhole.image_px);
+  return passes::make_view(camera.node_camera->camera, camera.node_camera->world_from_camera,
+                           size.x / size.y);
 }
 
 std::variant<ImageCamera, CameraRefused> resolve_camera(const wire::ImageRequest& request,
@@ -71,7 +86,8 @@ std::variant<ImageCamera, CameraRefused> resolve_camera(const wire::ImageRequest
     own = live.edits().camera_at(node);
     if (!own && scene.nodes[node].camera != scene::kNone) own = &scene.cameras[scene.nodes[node].camera];
   }
-  const auto pose = rigid(world_from_parent * scene::to_mat4(request.parent_from_camera));
+  const glm::mat4 world_from_camera = world_from_parent * scene::to_mat4(request.parent_from_camera);
+  const auto pose = rigid(world_from_camera);
   if (!pose)
     return CameraRefused{
         Reason::bad_request,
@@ -92,6 +108,7 @@ std::variant<ImageCamera, CameraRefused> resolve_camera(const wire::ImageRequest
     if (camera.intrinsics.near_m > kMaxDistance_m)
       return CameraRefused{Reason::bad_request, "the camera of the node \"" + request.node +
                                                     "\" has a near distance of more than 1e12 m"};
+    if (is_scaled(world_from_camera, *pose)) camera.node_camera = {*own, world_from_camera};
   }
   if (own) camera.exposure = own->exposure;
   if (own && !own->orthographic) camera.thin_lens = own->lens;

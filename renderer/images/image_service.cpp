@@ -41,8 +41,7 @@ PeerDrawTime::View view_of(const ImageBatchRenderer::WorkItem& work) {
   view.kind = 1 + 31 * (work.due.requester + 31 * (drawn.image_px.x + uint64_t{31} * drawn.image_px.y));
   view.pixels = pixels_of(drawn);
   view.requester_epoch = work.due.request.epoch;
-  view.view = {passes::make_view(drawn, work.camera.world_from_camera).clip_from_world,
-               glm::vec2(drawn.image_px)};
+  view.view = {pinhole_view(work.camera).clip_from_world, glm::vec2(drawn.image_px)};
   view.markers = work.camera.markers;
   return view;
 }

@@ -232,10 +232,12 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
                                        source.views[0], request.extent)
                       : whole_area();
   if (is_bounded && plan.markers) forward_area_ = united(forward_area_, passes_.markers.bounds());
-  // The linear plane and effects need the samples of all pixels.
-  const bool is_whole =
-      plan.metering || plan.bloom || plan.depth_of_field || request.outputs.has(wire::kColorLinearF16);
-  hdr_area_ = is_whole ? whole_area() : forward_area_;
+  if (!plan.tone_map) return;  // shading tone-maps all pixels
+  // Effects need the samples of all pixels.
+  const bool has_effects = plan.metering || plan.bloom || plan.depth_of_field;
+  const bool is_partial = is_bounded && !has_effects &&
+                          passes_.visibility->tone_maps_other_pixels(source.gpu_scene, plan.ray_effects);
+  hdr_area_ = is_partial ? forward_area_ : whole_area();
 }
 
 void Frame::upload_globals() {
@@ -314,12 +316,12 @@ void Frame::trace_ray_effects() {
 }
 
 void Frame::shade() {
-  const VkRect2D* const hdr_area = plan_.hdr_samples ? &hdr_area_ : nullptr;
+  const VisibilityPass::Samples samples{plan_.hdr_samples, hdr_area_, plan_.linear};
   const uint32_t mode = passes_.shadow_mode(source_.settings, plan_.shadow_mask);
   if (!plan_.shadow_mask) {
     passes_.visibility->shade(recorder_, source_.gpu_scene, passes_.shadows, source_.targets,
                               {0, source_.views, globals_, mode, plan_.ray_effects},
-                              source_.settings.draw().post, hdr_area);
+                              source_.settings.draw().post, samples);
     return;
   }
   // In sequence, since all views share one ray list and one mask.
@@ -329,7 +331,7 @@ void Frame::shade() {
                                         std::span(globals_).subspan(view, 1), mode, plan_.ray_effects};
     if (plan_.compute_shading && passes_.shadows.tests_maps_while_shading()) {
       passes_.visibility->shade_and_trace(recorder_, source_.gpu_scene, passes_.shadows, source_.targets,
-                                          shaded, source_.settings.draw().post, hdr_area);
+                                          shaded, source_.settings.draw().post, samples);
       continue;
     }
     passes_.shadows.record(recorder_, source_.gpu_scene,
@@ -337,7 +339,7 @@ void Frame::shade() {
                            globals_[view]);
     if (plan_.compute_shading)
       passes_.visibility->shade(recorder_, source_.gpu_scene, passes_.shadows, source_.targets, shaded,
-                                source_.settings.draw().post, hdr_area);
+                                source_.settings.draw().post, samples);
   }
 }
 
@@ -372,10 +374,7 @@ void Frame::post_process() {
     passes_.path_tracer->resolve(recorder_, source_.targets, post, linear, metered);
     return;
   }
-  const bool is_partial = plan_.compute_shading &&
-                          passes_.visibility->tone_maps_other_pixels(source_.gpu_scene, plan_.ray_effects);
-  passes_.post.record(recorder_, source_.targets, post, linear, metered,
-                      is_partial ? hdr_area_ : whole_area());
+  passes_.post.record(recorder_, source_.targets, post, linear, metered, hdr_area_);
 }
 
 void Frame::draw_overlays() {

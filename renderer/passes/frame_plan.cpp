@@ -48,8 +48,9 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   if (views > 1) return plan;  // compute shading has tone-mapped images of several views
   plan.forward = !plan.compute_shading || draws_samples;
   plan.markers = has_markers;
-  plan.tone_map = !plan.compute_shading || plan.hdr_samples;
-  plan.fxaa_only = !plan.tone_map;
+  plan.tone_map = !plan.compute_shading || needs_samples;
+  plan.linear = outputs.has(wire::kColorLinearF16);
+  plan.fxaa_only = !plan.tone_map && !plan.linear;
   return plan;
 }
 

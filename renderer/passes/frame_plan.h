@@ -45,10 +45,11 @@ struct FramePlan {
   bool coverage_merge = false;   // one shading sample for the triangles of one surface in a pixel
   bool compute_shading = false;  // from the visibility buffer
   bool ray_effects = false;      // before compute shading, which reads them
-  bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass resolves
+  bool hdr_samples = false;      // compute shading writes the HDR target, which the tone-map pass reads
   bool forward = false;          // the whole scene, or forward-only draws over compute shading
   bool markers = false;          // over all surfaces
-  bool tone_map = false;         // compute shading without HDR samples has tone-mapped its pixels itself
+  bool tone_map = false;         // of the HDR target; otherwise compute shading has tone-mapped its pixels
+  bool linear = false;           // the tone-map pass averages the samples for the linear plane
   bool path_resolve = false;     // colours from path-traced sums, instead of shading
   bool depth_of_field = false;   // blurs the HDR samples of a camera with a lens
   bool metering = false;         // exposure from HDR samples or path-traced sums

@@ -222,7 +222,7 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   // Colours of the path tracer.
   if (plan.path_resolve) frame.post_process();
   // Tone mapping, resolve and FXAA.
-  if (plan.tone_map || plan.fxaa_only) frame.post_process();
+  if (plan.tone_map || plan.linear || plan.fxaa_only) frame.post_process();
   // Unresolved pixels and outline, on the finished image.
   if (plan.inspection) frame.draw_overlays();
 }

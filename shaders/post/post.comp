@@ -1,6 +1,6 @@
 // Exposure, tone mapping and sRGB encoding. Samples are tone-mapped before the average, since averages of HDR
-// values leave bright edges jagged. The linear output averages the radiance itself, without bloom. Variants:
-// FIRE3DV_MULTISAMPLED, FIRE3DV_BLOOM.
+// values leave bright edges jagged. The linear output averages the radiance itself, without bloom; it includes
+// the pixels that shading has tone-mapped from unrounded radiance. Variants: FIRE3DV_MULTISAMPLED, FIRE3DV_BLOOM.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
@@ -27,9 +27,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Ha
 
 const float kLargestHalf = 65504;
 
-void main() {
-  const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(push.first_x, push.first_y);
-  if (pixel.x >= push.end_x || pixel.y >= push.end_y) return;
+void tone_map(ivec2 pixel) {
   const float exposure = image_exposure(push.metered, push.exposure);
 #ifdef FIRE3DV_BLOOM
   const vec3 blurred = blurred_light(first_level, pixel);
@@ -47,9 +45,17 @@ void main() {
 #endif
   }
   imageStore(result, pixel, vec4(encode_srgb(sum / push.samples), 1));
-  if (push.linear == 0ul) return;
+}
+
+void main() {
+  const bool is_whole = push.linear != 0ul;
+  const uvec2 first = uvec2(push.first_x, push.first_y), end = uvec2(push.end_x, push.end_y);
+  const uvec2 pixel = gl_GlobalInvocationID.xy + (is_whole ? uvec2(0) : first);
+  if (any(greaterThanEqual(pixel, is_whole ? uvec2(push.width, push.height) : end))) return;
+  if (all(greaterThanEqual(pixel, first)) && all(lessThan(pixel, end))) tone_map(ivec2(pixel));
+  if (!is_whole) return;
   vec3 light = vec3(0);
-  for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, pixel, i).rgb;
+  for (int i = 0; i < push.samples; ++i) light += texelFetch(hdr, ivec2(pixel), i).rgb;
   light = min(light / push.samples, vec3(kLargestHalf));
-  HalfsOut(push.linear).at[pixel.y * push.end_x + pixel.x] = pack_halves(light, 1);
+  HalfsOut(push.linear).at[pixel.y * push.width + pixel.x] = pack_halves(light, 1);
 }

@@ -1,6 +1,7 @@
 // Deferred shading of the visibility buffer: shades each distinct triangle of a pixel once, tone-maps, and
 // averages samples like the forward path's resolve.
-// Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws.
+// Variants: FIRE3DV_SAMPLES 1 or 4. FIRE3DV_UNRESOLVED writes linear samples, for forward-only draws, effects and
+// the linear plane; for the plane alone it tone-maps as well, so that colours are those of an image without it.
 // FIRE3DV_TEST_MAPS tests the shadow maps of hard lights; pixels with unresolved shadows are listed for the
 // deferred re-shade after the rays. FIRE3DV_RAY_EFFECTS reads reflections, refraction and ambient occlusion.
 #version 460
@@ -21,12 +22,16 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
-#ifndef FIRE3DV_UNRESOLVED
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
-#elif FIRE3DV_SAMPLES == 4
+#ifdef FIRE3DV_UNRESOLVED
+#if FIRE3DV_SAMPLES == 4
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2DMS hdr;
 #else
 layout(set = 1, binding = FIRE3DV_BINDING_HDR, rgba16f) uniform writeonly image2D hdr;
+#endif
+#define tone_maps (push.hdr_end_x == 0)
+#else
+#define tone_maps true
 #endif
 
 // State of the surface being shaded.
@@ -128,18 +133,15 @@ void main() {
     const vec3 color = color_of(globals, id, pixel, 1);
 #ifdef FIRE3DV_UNRESOLVED
     imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), is_display_referred ? 0 : 1));
-#else
-    imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, is_display_referred, push.exposure, push.tone_map)), 1));
 #endif
+    if (tone_maps) imageStore(display, ivec2(pixel.x, pixel.y + push.first_row), vec4(encode_srgb(display_linear(color, is_display_referred, push.exposure, push.tone_map)), 1));
   }
 #ifdef FIRE3DV_TEST_MAPS
   list_pixel(globals, index, id != 0, known_shadows, id != 0 ? wanted_rays : 0);
 #endif
 }
 #else
-#ifndef FIRE3DV_UNRESOLVED
 shared vec3 shares[4 * kPixels];  // of a pixel's sum
-#endif
 #ifdef FIRE3DV_TEST_MAPS
 shared uint pixel_known[kPixels], pixel_wanted[kPixels];
 #endif
@@ -170,21 +172,19 @@ void main() {
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
       if ((surface.samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), is_display_referred ? 0 : 1));
     }
-#else
-    shares[slot] = display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(surface.samples);
 #endif
+    if (tone_maps) shares[slot] = display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(surface.samples);
   }
-#if defined(FIRE3DV_TEST_MAPS) || !defined(FIRE3DV_UNRESOLVED)
-  barrier();
+#ifndef FIRE3DV_TEST_MAPS
+  if (!tone_maps) return;
 #endif
+  barrier();
 #ifdef FIRE3DV_TEST_MAPS
   list_pixel(globals, own_index, inside, pixel_known[lane], pixel_wanted[lane]);
 #endif
-#ifndef FIRE3DV_UNRESOLVED
-  if (!inside) return;
+  if (!inside || !tone_maps) return;
   vec3 sum = shares[lane];  // fixed order of summation
   for (uint i = 1; i < own.count; ++i) sum += shares[own.further + i - 1];
   imageStore(display, ivec2(own_pixel.x, own_pixel.y + push.first_row), vec4(encode_srgb(sum / FIRE3DV_SAMPLES), 1));
-#endif
 }
 #endif

@@ -165,7 +165,7 @@ bool is_left(uvec2 pixel) {
 
 void put(uvec2 pixel, vec3 color, uint samples) {
 #ifdef FIRE3DV_UNRESOLVED
-  if (is_left(pixel)) {
+  if (push.keeps_samples != 0 || is_left(pixel)) {
 #if FIRE3DV_SAMPLES == 4
     for (int s = 0; s < FIRE3DV_SAMPLES; ++s) {
       if ((samples & (1u << s)) != 0) imageStore(hdr, ivec2(pixel), s, vec4(round_to_halves(color), is_display_referred ? 0 : 1));
@@ -173,8 +173,8 @@ void put(uvec2 pixel, vec3 color, uint samples) {
 #else
     imageStore(hdr, ivec2(pixel), vec4(round_to_halves(color), is_display_referred ? 0 : 1));
 #endif
-    return;
   }
+  if (is_left(pixel)) return;
 #endif
   sum += display_linear(color, is_display_referred, push.exposure, push.tone_map) * bitCount(samples);
 }

@@ -45,10 +45,12 @@ struct PostPush {
   // uvec2[pixel]: linear radiance as half floats, for whole-image passes; 0: not requested
   FIRE3DV_ADDRESS linear;
   FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
-  uint first_x;             // range of processed pixels; end_x and end_y are exclusive
+  uint first_x;             // range of tone-mapped pixels; end_x and end_y are exclusive
   uint first_y;
   uint end_x;
   uint end_y;
+  uint width;   // of the image; with `linear` all of its pixels are processed
+  uint height;
   uint samples;
   float exposure;
   uint tone_map;
@@ -119,12 +121,13 @@ struct ShadePush {
   uint tone_map;
   uint listed;     // 1: only the listed pixels are shaded
   uint first_row;  // in the display image, which may stack several images
-  // Bounds of forward-only draws, whose pixels keep linear samples. The CPU variants tone-map pixels outside
-  // of them at once; the other variants keep samples everywhere.
+  // Variants with samples: pixels that the tone-map pass resolves from their samples. Shading tone-maps the
+  // others at once. Variants for a GPU: all pixels or none.
   uint hdr_x;
   uint hdr_y;
   uint hdr_end_x;
   uint hdr_end_y;
+  uint keeps_samples;  // 1: samples of all pixels are written, for the linear plane
 };
 
 struct VisibleDepthPush {

@@ -126,8 +126,7 @@ void PostPass::bind_bloom(gpu::Device& device, Targets& targets) {
 
 void PostPass::record(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings,
                       const Linear& linear, const MeteredExposure& metered, const VkRect2D& part) {
-  if (part.extent.width == 0) return smooth(recorder, targets, settings);
-  const bool whole = part.extent.width == targets.extent.width && part.extent.height == targets.extent.height;
+  if (part.extent.width == 0 && !linear.buffer) return smooth(recorder, targets, settings);
   gpu_types::PostPush push{};
   push.linear = linear.address;
   push.metered = metered.address;
@@ -135,6 +134,8 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const settings:
   push.first_y = static_cast<uint32_t>(part.offset.y);
   push.end_x = push.first_x + part.extent.width;
   push.end_y = push.first_y + part.extent.height;
+  push.width = targets.extent.width;
+  push.height = targets.extent.height;
   push.samples = targets.samples;
   push.exposure = settings.exposure;
   push.tone_map = tone_map_number(settings);
@@ -142,7 +143,14 @@ void PostPass::record(gpu::Recorder& recorder, Targets& targets, const settings:
   std::vector<Use> buffers;
   if (linear.buffer) buffers.emplace_back(*linear.buffer, access::compute_write);
   if (metered.buffer) buffers.emplace_back(*metered.buffer, access::compute_read);
-  const VkExtent2D processed = whole ? VkExtent2D{0, 0} : part.extent;
+  const bool is_whole =
+      part.extent.width == targets.extent.width && part.extent.height == targets.extent.height;
+  VkExtent2D processed = part.extent;
+  if (is_whole) {
+    processed = {};
+  } else if (linear.buffer) {
+    processed = targets.extent;
+  }
   if (settings.bloom > 0) {
     BloomImages& bloom = *targets.bloom;
     tone_map_bloom_->record(recorder, "post",

@@ -80,8 +80,8 @@ class PostPass {
   void bind_bloom(gpu::Device& device, Targets& targets);
   // Creates the images of several views that FXAA needs, unless the targets have them.
   void bind_layers(gpu::Device& device, Targets& targets);
-  // part: pixels that still need tone mapping; the others are complete. With bloom, targets.bloom has the
-  // light of this image.
+  // part: pixels that still need tone mapping; the others are complete. The linear plane has all pixels. With
+  // bloom, targets.bloom has the light of this image.
   void record(gpu::Recorder& recorder, Targets& targets, const settings::PostSettings& settings,
               const Linear& linear, const MeteredExposure& metered, const VkRect2D& part);
   // FXAA only, for an image that is already tone-mapped.

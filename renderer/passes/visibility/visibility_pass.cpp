@@ -198,14 +198,13 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what,
                                   uint32_t shadow_technique, GpuScene& scene, ShadowPass& shadows,
                                   Targets& targets, std::span<const gpu_types::ShadePush> views,
-                                  const VkRect2D* hdr_area) {
-  const bool write_samples = hdr_area != nullptr;
+                                  const Samples& samples) {
   const bool ray_effects = views[0].ray_effects != 0;
   Shading shading{!scene.has_extensions && !ray_effects,
                   scene.has_textures,
                   scene.has_second_uv,
                   scene.material_flags,
-                  write_samples,
+                  samples.any,
                   shadow_technique};
   shading.ray_effects = ray_effects;
   shading.tests_maps =
@@ -213,10 +212,9 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
   const VkPipeline pipeline = shade_pipeline(shading).get();
   const bool is_first = what != Shades::listed && views[0].first_row == 0;
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_read),
-                        Use(write_samples ? targets.hdr : targets.display, access::compute_write, is_first)};
+                        Use(targets.display, access::compute_write, is_first)};
   if (ray_effects) uses.emplace_back(targets.ray_effects, access::compute_read);
-  if (write_samples && tone_maps_other_pixels(scene, ray_effects))
-    uses.emplace_back(targets.display, access::compute_write, is_first);
+  if (samples.any) uses.emplace_back(targets.hdr, access::compute_write, is_first);
   scene.add_reads(uses, access::compute_read);
   if (what == Shades::all_and_lists) {
     shadows.add_map_reads(uses, access::compute_read);
@@ -241,12 +239,11 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                             nullptr);
     for (gpu_types::ShadePush push : views) {
       push.listed = what == Shades::listed ? 1 : 0;
-      if (hdr_area) {
-        push.hdr_x = static_cast<uint32_t>(hdr_area->offset.x);
-        push.hdr_y = static_cast<uint32_t>(hdr_area->offset.y);
-        push.hdr_end_x = push.hdr_x + hdr_area->extent.width;
-        push.hdr_end_y = push.hdr_y + hdr_area->extent.height;
-      }
+      push.hdr_x = static_cast<uint32_t>(samples.unresolved.offset.x);
+      push.hdr_y = static_cast<uint32_t>(samples.unresolved.offset.y);
+      push.hdr_end_x = push.hdr_x + samples.unresolved.extent.width;
+      push.hdr_end_y = push.hdr_y + samples.unresolved.extent.height;
+      push.keeps_samples = samples.all ? 1 : 0;
       vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (what == Shades::listed) {
         vkCmdDispatchIndirect(commands, shadows.lists().get(), offsetof(gpu_types::RayList, groups_x));
@@ -259,15 +256,15 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
 
 void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
                            const Shaded& shaded, const settings::PostSettings& settings,
-                           const VkRect2D* hdr_area) {
+                           const Samples& samples) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
-  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, hdr_area);
+  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, samples);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
                                      Targets& targets, const Shaded& shaded,
-                                     const settings::PostSettings& settings, const VkRect2D* hdr_area) {
+                                     const settings::PostSettings& settings, const Samples& samples) {
   FIRE3DV_ASSERT(shaded.views.size() == 1);  // the ray list serves one view
   const VkDeviceAddress globals = shaded.globals[0];
   gpu_types::ShadePush push = shade_push(shaded, 0, settings);
@@ -277,11 +274,11 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.ray_list_capacity = shadows.ray_list_capacity();
   const std::span<const gpu_types::ShadePush> view(&push, 1);
   record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view,
-               hdr_area);
+               samples);
   shadows.trace_listed(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)},
                        globals);
   record_shade(recorder, "shade again", Shades::listed, shaded.shadows, scene, shadows, targets, view,
-               hdr_area);
+               samples);
 }
 
 }  // namespace fire3dv::passes

@@ -59,15 +59,19 @@ class VisibilityPass {
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;  // shadow technique, as in the globals
     bool ray_effects = false;
   };
-  // Shades into targets.display, tone-mapped and resolved. With forward-only draws it writes linear samples
-  // into targets.hdr, which needs can_write_samples(). hdr_area: bounds of those draws; null: none.
+  // Linear samples that shading writes into targets.hdr, which needs can_write_samples().
+  struct Samples {
+    bool any = false;
+    VkRect2D unresolved{};  // pixels left to the tone-map pass: all or none, unless tone_maps_other_pixels()
+    bool all = false;       // samples of the other pixels too, for the linear plane
+  };
+  // Shades into targets.display, tone-mapped and resolved, except for unresolved pixels.
   void shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-             const Shaded& shaded, const settings::PostSettings& settings, const VkRect2D* hdr_area);
+             const Shaded& shaded, const settings::PostSettings& settings, const Samples& samples);
   // The same for one view with shadow tests in shading; see ShadowPass::tests_maps_while_shading.
   void shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                       const Shaded& shaded, const settings::PostSettings& settings,
-                       const VkRect2D* hdr_area);
-  // True if shading with `hdr_area` also tone-maps the pixels outside of it.
+                       const Shaded& shaded, const settings::PostSettings& settings, const Samples& samples);
+  // True if shading can leave a part of the image unresolved and tone-map the rest.
   bool tone_maps_other_pixels(const GpuScene& scene, bool ray_effects) const {
     return !scene.has_extensions && !ray_effects && gpu::uses_cpu_variants(device_);
   }
@@ -94,7 +98,7 @@ class VisibilityPass {
   }
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_technique,
                     GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                    std::span<const gpu_types::ShadePush> views, const VkRect2D* hdr_area);
+                    std::span<const gpu_types::ShadePush> views, const Samples& samples);
 
   gpu::Device& device_;
   uint32_t samples_;

@@ -8,20 +8,23 @@ BARS = 2 * BITS
 SIZE = (4 * BARS, 8)  # pixels
 NAMES = [f"bar {i}" for i in range(BARS)]
 CAMERA = "front"
+OBLIQUE = "oblique"  # sees all bars; none of the numbers of its projection is round
 DISTANCE = 40.0
 
 
 def write_scene(path):
-    """Writes a glb of the bars with a camera that maps a bar to 4 pixels; the unit is one bar."""
+    """Writes a glb of the bars with a camera that maps a bar to 4 pixels, and an oblique one; the unit is one bar."""
     half_height = BARS * SIZE[1] / SIZE[0] / 2
     corners = [(-0.5, -half_height, 0), (0.5, -half_height, 0), (0.5, half_height, 0), (-0.5, half_height, 0)]
     data = [b"".join(struct.pack("<3f", *c) for c in corners), struct.pack("<3f", 0, 0, 1) * 4,
             struct.pack("<6I", 0, 1, 2, 0, 2, 3)]
     offsets = [sum(len(d) for d in data[:i]) for i in range(len(data))]
     document = {
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(BARS + 1))}],
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(BARS + 2))}],
         "nodes": [{"name": name, "mesh": 0} for name in NAMES] +
-                 [{"name": CAMERA, "camera": 0, "translation": [0, 0, DISTANCE]}],
+                 [{"name": CAMERA, "camera": 0, "translation": [0, 0, DISTANCE]},
+                  {"name": OBLIQUE, "camera": 1, "translation": [3.1, 2.3, DISTANCE], "scale": [1.3] * 3,
+                   "rotation": [-0.0275, 0.0371, 0.0113, 0.99887]}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}]}],
         "materials": [{"extensions": {"KHR_materials_unlit": {}}, "pbrMetallicRoughness": {"baseColorFactor": [1] * 4}}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
@@ -31,7 +34,8 @@ def write_scene(path):
         "bufferViews": [{"buffer": 0, "byteOffset": o, "byteLength": len(d)} for o, d in zip(offsets, data)],
         "buffers": [{"byteLength": sum(len(d) for d in data)}], "extensionsUsed": ["KHR_materials_unlit"],
         "cameras": [{"type": "perspective", "perspective": {
-            "yfov": 2 * math.atan(half_height / DISTANCE), "aspectRatio": SIZE[0] / SIZE[1], "znear": 1, "zfar": 100}}]}
+            "yfov": 2 * math.atan(half_height / DISTANCE), "aspectRatio": SIZE[0] / SIZE[1], "znear": 1, "zfar": 100}},
+            {"type": "perspective", "perspective": {"yfov": 0.137, "znear": 0.7}}]}
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     binary = b"".join(data)

@@ -37,10 +37,18 @@ TEST(FramePlan, PlanesAloneNeedNoShading) {
   EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
 }
 
-TEST(FramePlan, LinearColoursResolveInToneMap) {
-  const FramePlan plan = plan_frame(lit_scene(), only(wire::kColorLinearF16), {});
-  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.tone_map);
-  EXPECT_FALSE(plan.forward || plan.fxaa_only || plan.surface_planes);
+TEST(FramePlan, LinearColoursLeaveToneMappingToShading) {
+  FrameFacts facts = lit_scene();
+  FramePlan plan = plan_frame(facts, only(wire::kColorLinearF16), {});
+  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.linear);
+  EXPECT_FALSE(plan.tone_map || plan.forward || plan.fxaa_only || plan.surface_planes);
+  facts.has_forward_only = true;
+  plan = plan_frame(facts, only(wire::kColorLinearF16), {});
+  EXPECT_TRUE(plan.compute_shading && plan.hdr_samples && plan.linear && plan.tone_map);
+  facts.raster_path = settings::RasterPath::forward;
+  plan = plan_frame(facts, only(wire::kColorLinearF16), {});
+  EXPECT_TRUE(plan.linear && plan.tone_map);
+  EXPECT_FALSE(plan.hdr_samples);
 }
 
 TEST(FramePlan, RayEffectsPrecedeShading) {

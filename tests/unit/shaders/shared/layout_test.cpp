@@ -130,6 +130,7 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(DeformPush, group_count);
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
+  EXPECT_SAME_OFFSET(PostPush, width);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
   EXPECT_SAME_OFFSET(BloomLightPush, exposure);
   EXPECT_SAME_OFFSET(LightMeterPush, samples);
