@@ -48,8 +48,8 @@ int run(const Options& options) {
         app::find_cache_locations(options.drawing.cache, [](const char* name) { return std::getenv(name); });
     app::PipelineCacheFile pipelines(**device, cache_locations.pipelines);
     if (pipelines.note()) log(warning(*pipelines.note()));
-    if (const std::string missing = app::lacking_ray_effects(**device, options.drawing); !missing.empty())
-      log(warning(missing));
+    for (const std::string& unused : app::settings_without_effect(**device, options.drawing))
+      log(warning(unused));
     settings::DrawSettings settings = options.drawing.draw;
     settings.environment = std::move(*environment);
     settings.cached_environments = app::environment_store(cache_locations.environments);

@@ -73,12 +73,17 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const st
       std::make_shared<scene::EnvironmentImage>(std::move(*image)));
 }
 
-std::string lacking_ray_effects(const gpu::Device& device, const Options& options) {
-  if (!options.draw.ray_effects.on.any()) return "";
+std::vector<std::string> settings_without_effect(const gpu::Device& device, const Options& options) {
+  std::vector<std::string> warnings;
+  if (options.draw.anisotropy > 1 && !device.report().anisotropy)
+    warnings.push_back("--anisotropy: " + device.report().name +
+                       " filters isotropically: images are those of --anisotropy 1");
+  if (!options.draw.ray_effects.on.any()) return warnings;
   const bool has_visibility_buffer =
       options.draw.raster != settings::RasterPath::forward && device.report().int64_atomics;
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
-  return can ? "" : "--ray-effects: " + can.error().message;
+  if (!can) warnings.push_back("--ray-effects: " + can.error().message);
+  return warnings;
 }
 
 Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene) {

@@ -36,8 +36,9 @@ std::optional<state::RobotPose> find_robot(const SceneLoad& load);
 // Null without the option.
 Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const std::filesystem::path& path);
 
-// Warning for ray effects that the device cannot trace; empty: none.
-std::string lacking_ray_effects(const gpu::Device& device, const Options& options);
+// Warnings for settings without effect on the device: ray effects that it cannot trace, anisotropic
+// filtering.
+std::vector<std::string> settings_without_effect(const gpu::Device& device, const Options& options);
 
 struct Playing {
   std::vector<uint32_t> chosen;

@@ -288,8 +288,8 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
       return Error{"--render path: " + can.error().message};
     for (const std::string& limit : passes::path_tracing_limits(loaded.scene)) log_message(warning(limit));
   }
-  if (const std::string missing = app::lacking_ray_effects(**device, drawing_); !missing.empty())
-    log_message(warning(missing));
+  for (const std::string& unused : app::settings_without_effect(**device, drawing_))
+    log_message(warning(unused));
   app::PipelineCacheFile pipelines(**device, cache_locations_.pipelines);
   if (pipelines.note()) log_message(warning(*pipelines.note()));
   settings::DrawSettings settings = drawing_.draw;

@@ -89,7 +89,9 @@ uint test_shadow(uint light_index, LightShadow shadow, LightSample light, Surfac
   }
   const ShadowRay ray = shadow_ray(globals, point, pose, light);
   origin = ray.origin;
-  return shadow_map_test(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
+  const uint shadow_state =
+      shadow_map_test(globals, view_towards(light_index, shadow, ray.light), shaded_part, ray.origin, point.plane_normal_world, ray.light);
+  return without_front_faces(shadow_state, shaded_body, point, light);
 }
 #endif
 

@@ -14,6 +14,13 @@ bool is_turned_away(SurfacePoint point, LightSample light) {
   return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
+// A closed mesh's map has its back faces only. A ray from below the triangle's horizon starts inside of the mesh and
+// leaves it through a front face, so that such a map cannot tell light for certain.
+uint without_front_faces(uint shadow_state, bool body, SurfacePoint point, LightSample light) {
+  const bool starts_inside = body && dot(point.plane_normal_world, light.to_light) < 0;
+  return shadow_state == kLit && starts_inside ? kUnresolved : shadow_state;
+}
+
 // body: see is_closed_mesh. light: sampled from the point. origin: of the hard light's ray, which a caller traces
 // for an unresolved result.
 uint shadow_test(GlobalsRef globals, LightShadow shadow, uint light_index, LightSample light, SurfacePoint point,
@@ -23,7 +30,9 @@ uint shadow_test(GlobalsRef globals, LightShadow shadow, uint light_index, Light
   if (shadow.rays != 1) return kUnresolved;  // a map represents one ray
   const ShadowRay ray = shadow_ray(globals, point, light_index, light);
   origin = ray.origin;
-  return shadow_map_test(globals, view_of(globals, shadow, ray.light), part, ray.origin, point.plane_normal_world, ray.light);
+  const uint shadow_state =
+      shadow_map_test(globals, view_of(globals, shadow, ray.light), part, ray.origin, point.plane_normal_world, ray.light);
+  return without_front_faces(shadow_state, body, point, light);
 }
 
 #endif

@@ -93,9 +93,12 @@ def all_outputs(test):
 
 
 def planes_alone(test):
-    """Without colour among the outputs no colour is written or listed; boxes alone are possible."""
-    renderer = test.renderer("--frames", "1", "--outputs", "boxes2d,depth")
+    """Without colour among the outputs no colour is written or listed; boxes alone are possible. A setting that the CPU
+    driver ignores is reported."""
+    renderer = test.renderer("--frames", "1", "--outputs", "boxes2d,depth", "--anisotropy", "4")
     renderer.expect_exit(0)
+    check("llvmpipe" not in renderer.stderr_text() or renderer.find_err("--anisotropy: .*filters isotropically"),
+          renderer.stderr_text())
     files = sorted(os.listdir(renderer.folder))
     check(files == ["frame_000000.depth.npy", "frames.jsonl", "instances.jsonl"], f"there are {files}")
     frame, = renderer.frames()

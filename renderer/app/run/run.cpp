@@ -106,8 +106,7 @@ int run(const Options& options) {
       if (Result<void> can = passes::can_trace_paths(device); !can)
         return report_failure(Error{"--render path: " + can.error().message});
     }
-    if (const std::string missing = lacking_ray_effects(device, options); !missing.empty())
-      log_message(warning(missing));
+    for (const std::string& unused : settings_without_effect(device, options)) log_message(warning(unused));
     PipelineCacheFile pipelines(device, caches.pipelines);
     if (pipelines.note()) log_message(warning(*pipelines.note()));
     ViewState view_state;

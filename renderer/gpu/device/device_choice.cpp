@@ -153,7 +153,9 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.ray_query = features.has_ray_query();
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;
-  report.anisotropy = features.core.features.samplerAnisotropy;
+  // llvmpipe has the feature, but filters isotropically where shaders pass derivatives.
+  report.anisotropy =
+      features.core.features.samplerAnisotropy && driver.driverID != VK_DRIVER_ID_MESA_LLVMPIPE;
   report.multisample_storage = features.core.features.shaderStorageImageMultisample;
   report.visible_coverage = features.has_visible_coverage();
   report.dual_source_blend = features.core.features.dualSrcBlend;

@@ -28,7 +28,7 @@ struct DeviceReport {
   bool ray_tracing_pipeline = false;
   bool int64_atomics = false;
   bool async_compute = false;
-  bool anisotropy = false;
+  bool anisotropy = false;  // samplers filter anisotropically
   bool dual_source_blend = false;
   bool multisample_storage = false;  // shaders can write multisampled images
   bool visible_coverage = false;     // a fragment shader can read the coverage after the depth test

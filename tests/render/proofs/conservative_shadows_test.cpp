@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/packing.hpp>
 
 #include "tests/render/support/proof_bench.h"
 
@@ -330,6 +331,47 @@ TEST_F(ShadowTruth, SpotLightsNarrowAndWide) {
                                      {{0.5f, 0.5f, 0.5f}, {0.9f, 0, 0.4f}, 1.2f},
                                      {{0.1f, 0.2f, 1.3f}, {0, 0, 1.2f}}});
   }
+}
+
+// Near the terminator a smooth normal sees a light below its triangle's horizon: the ray starts inside of the
+// ball. Of 4 samples, so that edge pixels evaluate triangles beside their borders, too.
+TEST_F(ShadowTruth, SmoothBallsOfFewFacets) {
+  SceneBuilder builder;
+  scene::Material coated = matte({0.8f, 0.8f, 0.8f});
+  coated.clearcoat = 0.3f;  // light counts from all sides of its normal map
+  const uint32_t gray = builder.material(matte({0.6f, 0.6f, 0.6f}));
+  builder.mesh_node("ground", builder.quad(gray, 3), mat4(1));
+  const uint32_t balls[2] = {builder.sphere(gray, 0.25f, 16),
+                             builder.sphere(builder.material(coated), 0.25f, 16)};
+  for (int i = 0; i < 5; ++i)
+    builder.mesh_node("ball" + std::to_string(i), balls[i % 2],
+                      at({0.55f * static_cast<float>(i - 2), 0.25f, 0.2f * static_cast<float>(i % 3)}));
+  for (int i = 0; i < 6; ++i) {
+    const float angle = static_cast<float>(i);
+    const vec3 from(2 * std::cos(angle), 0.8f + 0.2f * static_cast<float>(i), 2 * std::sin(angle));
+    scene::Light light = lamp(i % 2 ? scene::LightType::point : scene::LightType::spot, 3);
+    light.outer_cone_rad = 0.9f;
+    light.inner_cone_rad = 0.5f;
+    builder.light_node(light, shining_towards(-from, from));
+  }
+  builder.camera_node("camera", {0, 1.3f, 2.6f}, {0, 0.2f, 0}, 0.8f);
+  const scene::Scene scene = builder.build();
+  const state::PoseState poses(scene);
+  const passes::ImageOutputs outputs(wire::kColorLinearF16);
+  std::vector<uint64_t> light[2];
+  for (const bool hybrid : {false, true}) {
+    RenderBench bench(scene, kExtent, shadowed_by(settings::ShadowMethod::ray, hybrid, 4));
+    light[hybrid ? 1 : 0] = bench.take(poses, first_camera_view(scene, poses, kExtent), outputs)
+                                .plane<uint64_t>(wire::kColorLinearF16);
+  }
+  size_t darker = 0;
+  for (size_t i = 0; i < light[0].size(); ++i) {
+    const vec3 by_rays(glm::unpackHalf4x16(light[0][i])), seen(glm::unpackHalf4x16(light[1][i]));
+    EXPECT_TRUE(glm::all(glm::lessThanEqual(seen, by_rays)))
+        << "at " << i % kExtent.width << ", " << i / kExtent.width;
+    darker += seen != by_rays ? 1 : 0;
+  }
+  EXPECT_LE(darker, light[0].size() / 1000);
 }
 
 // A scene of a few metres at kilometres from the world's origin, as in georeferenced scenes.
