@@ -49,7 +49,7 @@ struct PostPush {
   uint first_y;
   uint end_x;
   uint end_y;
-  uint width;   // of the image; with `linear` all of its pixels are processed
+  uint width;  // of the image; with `linear` all of its pixels are processed
   uint height;
   uint samples;
   float exposure;
