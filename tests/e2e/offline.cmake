@@ -5,12 +5,12 @@ if(TARGET fire3dv)
   add_test(NAME offline
     COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/offline_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-record>
             $<TARGET_FILE:fire3dv-replay> $<TARGET_FILE:e2e_publisher> $<TARGET_FILE:e2e_offline_recording>)
+  include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
   add_test(NAME stop
-    COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/stop_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:e2e_publisher>
+    COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/stop_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:e2e_publisher>
             $<TARGET_FILE:fire3dv-inspect> $<TARGET_FILE:e2e_offline_recording>)
   set_tests_properties(offline stop PROPERTIES LABELS e2e TIMEOUT 900
-    ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1")
-  include(${PROJECT_SOURCE_DIR}/cmake/PythonWithNumpy.cmake)
+    ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   add_test(NAME truth_page
     COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/scripts/truth_page_test.py ${PROJECT_SOURCE_DIR} $<TARGET_FILE:fire3dv>)
   set_tests_properties(truth_page PROPERTIES LABELS e2e TIMEOUT 300

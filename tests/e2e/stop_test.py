@@ -8,6 +8,7 @@ import time
 
 from greedy_scene import write_glb
 from harness import HANG_S, Program, check, main, vulkan_environment, wait_until
+from live_session import LiveRenderer
 from screen import on_a_screen
 
 # The programs promise 2 s. The test machine may be loaded, so that processes wait for a processor.
@@ -94,6 +95,31 @@ def render(test):
     check(not left, f"left of the video: {left}")
 
 
+def serve(test):
+    """While the image of a browser is drawn."""
+    live = LiveRenderer(test, scene=write_layers(test.path("layers.glb")))
+    viewer = live.viewer(*map(int, SIZE.split("x")))
+    stop_in_time(live.renderer, 0)
+    check("stopped without waiting" in live.renderer.stderr_text(), "no image was being drawn")
+    viewer.close()
+
+
+def on_request(test):
+    """While the image of a simulator is drawn."""
+    import fire3dv  # of the tree: PYTHONPATH and FIRE3DV_CLIENT_LIBRARY
+    uri = test.fresh_uri("shm")
+    renderer = start(test, "fire3dv", write_layers(test.path("layers.glb")), "--headless", "--on-request", "--listen", uri)
+    renderer.wait_err("listening on")
+    with fire3dv.Stream(uri) as stream:
+        stream.describe(["red"])
+        sequence = stream.publish(0, [[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]])
+        request = stream.request_image(*map(int, SIZE.split("x")), node="camera", sequence=sequence)
+        renderer.wait_err("accepted")
+        stop_in_time(renderer, 0)
+        check("stopped without waiting" in renderer.stderr_text(), "no image was being drawn")
+        del request
+
+
 def second_signal(test):
     """A second Ctrl-C does not wait for the deadline."""
     scene = write_layers(test.path("layers.glb"))
@@ -107,5 +133,6 @@ def second_signal(test):
 
 
 if __name__ == "__main__":
-    main({"headless": headless, "window": on_a_screen(window), "render": render, "second_signal": second_signal},
+    main({"headless": headless, "window": on_a_screen(window), "render": render, "serve": serve, "on_request": on_request,
+          "second_signal": second_signal},
          ("fire3dv", "publisher", "inspect", "make"))
