@@ -243,8 +243,37 @@ def files(test):
         check(b"HiddenStream\0greedy" in file.read(), "the PNG file does not name the hidden stream")
 
 
+WIDE, NARROW = 0.1, 1000  # f-numbers: the widest circles of confusion, and none
+
+
+def blurred(test):
+    """Depth of field of a large image takes a minute. Beside another peer it is refused; for one peer alone it counts no memory."""
+    renderer = renderer_of(test, "tcp://127.0.0.1:0", "--peer-limit", "gpu-bytes=40MiB")
+    uri = uri_of(renderer)
+    with open_stream(uri, "greedy") as greedy:
+        def request(side, f_number):
+            sequence = greedy.publish(0, numpy.zeros((0, 12), numpy.float32))
+            return greedy.request_image(side, side, node=barcode.CAMERA, f_number=f_number, focus_distance_m=0.5, sequence=sequence)
+
+        def expect_refusal(side, f_number, reason):
+            try:
+                request(side, f_number).wait(HANG_S).close()
+                check(False, f"an image of {side} pixels is drawn beside another peer")
+            except fire3dv.RefusedError as refused:
+                check(reason in str(refused), f"refused for another reason: {refused}")
+        request(1024, NARROW).wait(HANG_S).close()  # 80 MiB
+        honest = Honest(uri)
+        check(honest.shows_bars(), "the bars are not shown")
+        expect_refusal(1024, NARROW, "device memory would use 80 MiB")
+        expect_refusal(700, WIDE, "with depth of field was given up after")
+        check(honest.shows_bars(), "the bars are not shown after the refusal")
+        request(16, WIDE).wait(HANG_S).close()
+        honest.stream.close()
+    stop(renderer)
+
+
 CASES = {f"hides_{name}": lambda test, load=load: hides(test, load) for name, load in LOADS.items()}
-CASES.update({"killed": killed, "alone": alone, "off": off, "files": files})
+CASES.update({"killed": killed, "alone": alone, "off": off, "files": files, "blurred": blurred})
 
 if __name__ == "__main__":
     main(CASES, ["fire3dv"])
