@@ -14,6 +14,7 @@ namespace {
 constexpr uint64_t kMaxBytesBehindLens = uint64_t{256} << 20;
 // Limit of an image with depth of field beside other peers: wide circles of confusion take minutes on a CPU.
 constexpr int64_t kMaxBlurredNs = 1'000'000'000;
+constexpr size_t kMaxLimited = 16;  // images; far more than are in flight
 // Limit of a submission while several streams request images, so that turns can end in time.
 constexpr uint64_t kSharedSubmittedBytes = uint64_t{8} << 20;
 
@@ -187,6 +188,7 @@ void ImageService::limit(gpu::FrameRing& frames, bool has_view) {
     return work.camera.thin_lens.of_stream;
   };
   if (is_shared && first_.has_work() && has_own_lens(first_.next()) && first_.is_blurred(first_.next())) {
+    if (limited_.size() >= kMaxLimited) limited_.erase(limited_.begin());  // refused for lack of memory
     limited_.emplace_back(first_.next().due.requester, first_.next().due.request.id);
     frames.limits().set(kMaxBlurredNs, Cause::image);
   } else {
