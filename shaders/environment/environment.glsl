@@ -48,14 +48,20 @@ vec3 background_radiance(GlobalsRef globals, vec3 direction) {
   return globals.value.environment_intensity * textureLod(environment_background, uv, globals.value.background_lod).rgb;
 }
 
-// Coordinates of the lookup table, whose outermost texels are at 0 and 1.
+// Coordinates of the lookup table, whose outermost texels are at 0 and 1. Albedos are steep at grazing angles: the table
+// has equal steps of the cosine's root.
 vec2 albedo_texel(float cosine, float roughness) {
   const float side = FIRE3DV_ENVIRONMENT_ALBEDO_SIDE;
-  return vec2(cosine, roughness) * ((side - 1) / side) + 0.5 / side;
+  return vec2(sqrt(max(cosine, 0)), roughness) * ((side - 1) / side) + 0.5 / side;
 }
 
 vec2 split_albedo(float cosine, float roughness) {
-  return textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).rg;
+  const vec2 loss_grazing = textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).rg;
+  return vec2(1 - loss_grazing.r - loss_grazing.g, loss_grazing.g);
+}
+
+float layer_loss_of(float cosine, float roughness) {
+  return textureLod(environment_albedo, albedo_texel(cosine, roughness), 0).a;
 }
 
 float sheen_albedo_of(float cosine, float roughness) {
@@ -79,7 +85,9 @@ void stretch(inout Lobe lobe, vec3 to_eye, vec3 tangent, float strength) {
   lobe.tangent = tangent;
   lobe.bitangent = cross(lobe.normal, tangent);
   lobe.eye_along = vec2(dot(tangent, to_eye), dot(lobe.bitangent, to_eye));
-  lobe.roughness = pow(0.5 * (pow(lobe.alpha_t, 1.5) + pow(lobe.alpha, 1.5)), 1.0 / 3.0);
+  // Fitted to the mean loss over the hemisphere.
+  const float share = 0.457 + 0.011 * lobe.alpha_t;
+  lobe.roughness = pow(mix(lobe.alpha * lobe.alpha, lobe.alpha_t * lobe.alpha_t, share), 0.25);
 }
 
 // Mixes the reflectances of a dielectric and of a metal, whose f90 is 1.
@@ -95,45 +103,43 @@ void add_reflectance(inout Lobe lobe, vec3 to_eye, vec3 f0, float f90, vec3 meta
 }
 
 // Replaces the reflectances of base and interface by those of the film, by its weight. The means over the hemisphere
-// are Gauss-Legendre quadratures in the squared cosine.
-void add_film(inout Surface surface) {
+// are Gauss-Legendre quadratures in the squared cosine. mean_albedo: of the interface.
+void add_film(inout Surface surface, inout vec3 mean_albedo) {
   const Film film = surface.film;
   const float roughness = surface.base.roughness;
   const float at[4] = float[4](0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558);
   const float weights[4] = float[4](0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226);
-  vec3 dielectric = vec3(0), metal = vec3(0);
-  float body = 0, body_once = 0;  // mean reflectance and mean albedo of one bounce of the interface
+  vec3 dielectric = vec3(0), metal = vec3(0), dielectric_once = vec3(0);  // reflectances, albedo of one bounce
   for (int i = 0; i < 4; ++i) {
     const float cosine = sqrt(at[i]);
     if (film.dielectric > 0) {
       const vec2 split = split_albedo(cosine, roughness);
-      const vec3 seen = thin_film(film, film.dielectric_f0, cosine);
-      dielectric += weights[i] * seen;
-      body += weights[i] * largest(seen);
-      body_once += weights[i] * largest(film_albedo(film, film.dielectric_f0, cosine, roughness, split));
+      dielectric += weights[i] * thin_film(film, film.dielectric_f0, cosine);
+      dielectric_once += weights[i] * film_albedo(film, film.dielectric_f0, cosine, roughness, split);
     }
     if (film.metal > 0) metal += weights[i] * thin_film(film, film.metal_f0, cosine);
   }
   const float loss = mean_loss(roughness);
   const vec2 split = lobe_split(surface.base, surface.to_eye, surface.base.n_dot_v);
   const vec3 once = film_albedo(film, surface.base.n_dot_v, roughness, split);
+  surface.film.dielectric_mean = dielectric;
+  surface.film.metal_mean = metal;
   surface.film.dielectric_multiple = multiple_scattering(dielectric, dielectric, loss);
   const vec3 multiple =
       film.dielectric * surface.film.dielectric_multiple + film.metal * multiple_scattering(metal, metal, loss);
   surface.base.albedo = mix(surface.base.albedo, once, film.weight);
   surface.base.multiple = mix(surface.base.multiple, surface.base.loss * multiple, film.weight);
-  const float body_multiple = multiple_scattering(vec3(body), vec3(body), loss).r;
-  surface.body.multiple = mix(surface.body.multiple, body_multiple, film.weight);
-  surface.body.mean_albedo = mix(surface.body.mean_albedo, body_once + body_multiple * loss, film.weight);
+  mean_albedo = mix(mean_albedo, dielectric_once + surface.film.dielectric_multiple * loss, film.weight);
 }
 
 // The interface above the diffuse layer: the share of light that enters it weighs the layer.
 void add_body(inout Surface surface, float f0, float f90) {
   const Lobe lobe = surface.base;
   surface.body = make_interface(f0, f90, lobe.roughness);
-  if (has_film(surface)) add_film(surface);
+  vec3 mean_albedo = vec3(surface.body.mean_albedo);
+  if (has_film(surface)) add_film(surface, mean_albedo);
   surface.body_albedo = body_albedo(surface, lobe.n_dot_v, lobe_split(lobe, surface.to_eye, lobe.n_dot_v));
-  surface.per_mean_entering = 1 / (PI * max(1 - surface.body.mean_albedo, 1e-3));
+  surface.per_mean_entering = 1 / (PI * max(1 - mean_albedo, 1e-3));
   surface.diffuse *= 1 - surface.body_albedo;
 }
 

@@ -16,7 +16,7 @@ const float LEAST_SHEEN_ALPHA = 5e-3;
 // diffuse lobe for multiple scattering.
 struct Lobe {
   vec3 normal;
-  float roughness;  // perceptual; of anisotropic lobes the cubic mean
+  float roughness;  // perceptual; of anisotropic lobes that of isotropic ones with their mean albedo
   float alpha;
   float n_dot_v;
   vec3 f0, f90;     // reflectance of a facet at normal incidence and at grazing angles
@@ -24,6 +24,7 @@ struct Lobe {
   vec3 multiple;    // directional albedo of all further bounces, towards the eye
   float loss;       // share of white facets' light that the first bounce misses, towards the eye
   float per_mean_loss;  // 1 / (PI * mean loss)
+  float layer_loss;     // layer_loss_of() towards the eye; only below sheen or clearcoat
   // Anisotropic if kAnisotropy and alpha_t != alpha: alpha_t is along the tangent, alpha along the bitangent.
   float alpha_t;
   vec3 tangent, bitangent;
@@ -42,11 +43,11 @@ struct Interface {
 struct Surface {
   vec3 to_eye;       // unit
   vec3 diffuse;      // directional albedo of the diffuse layer below the specular interface; 0 for metals
-  float per_mean_entering;  // 1 / (PI * mean share of light that enters the interface)
+  vec3 per_mean_entering;  // 1 / (PI * mean share of light that enters the interface)
   vec3 transmitted;  // colour of thin-walled transmission
   vec3 passed;       // KHR_materials_diffuse_transmission: directional albedo of diffuse light from the far side; 0: none
   Interface body;    // above the diffuse layer
-  float body_albedo;
+  vec3 body_albedo;
   Film film;         // on the base
   Lobe base;
   vec3 sheen_color;  // 0: none
@@ -62,16 +63,26 @@ struct Surface {
 // factors of f0 and of f90 for one bounce.
 vec2 split_albedo(float cosine, float roughness);
 float sheen_albedo_of(float cosine, float roughness);
+// Share of light that a white specular lobe loses below a smooth clearcoat, if the light passes it by passes_layer().
+float layer_loss_of(float cosine, float roughness);
 
-// Cosine-weighted means over the hemisphere of the table's values: polynomials fitted to quadrature in double
-// precision. Largest errors: 1e-4, 8e-4, 4e-3.
-float mean_loss(float r) {
-  return max(1.26920e-5 + r * (-2.04499e-3 + r * (1.234158e-2 + r * (0.2732153 + r * (3.1026264 + r * (-4.4009070 + r * 1.6057129))))), 1e-3);
+// Cosine-weighted means over the hemisphere of the table's values, fitted to quadrature in double precision. Largest
+// errors: 3 % of the loss (7e-4), 8e-4, 1e-3, 1 % of the layer's loss. Roughness ends where LEAST_ALPHA does.
+float mean_loss(float roughness) {
+  const float r = max(roughness, 0.0316228);
+  return r * r * r * r / (0.11335 + r * (0.81333 + r * (-0.23237 + r * (0.11499 + r * 0.88153))));
 }
 float mean_grazing_albedo(float r) {
   return 0.04686613 + r * (0.04323477 + r * (-0.42197604 + r * (0.56085293 - r * 0.22655198)));
 }
-float mean_sheen_albedo(float r) { return 0.01177421 + r * (0.03917436 + r * (0.6509368 - r * 0.4015922)); }
+float mean_sheen_albedo(float roughness) {
+  const float r = max(roughness, 0.0707107);
+  return -0.007158 + r * (0.252911 + r * (-0.090928 + r * (0.590679 - r * 0.448501)));
+}
+float mean_layer_loss(float roughness) {
+  const float r = max(roughness, 0.0316228);
+  return r * r / (3.389786 + r * (-2.252575 + r * (28.954348 + r * (-24.115733 + r * 40.077124))));
+}
 
 // Colour of light after all bounces but the first, relative to white facets. Mean Fresnel term of Schlick's:
 // f0 + (f90 - f0) / 21.
@@ -118,16 +129,38 @@ float visibility_anisotropic(vec3 eye, vec3 light, vec2 alpha) {
   return 0.5 / (light.z * stretched_length(eye, alpha) + eye.z * stretched_length(light, alpha));
 }
 
-// Directional albedo of one bounce, as split_albedo(). Anisotropic lobes use the table of isotropic ones with the
-// cubic mean of the roughnesses, at the angle where the masking is that of the direction: docs/design/materials.md.
-vec2 lobe_split(Lobe lobe, vec3 direction, float cosine) {
-  const vec2 split = split_albedo(cosine, lobe.roughness);
-  if (!is_anisotropic(lobe)) return split;
-  const vec2 slope = vec2(lobe.alpha_t * dot(lobe.tangent, direction), lobe.alpha * dot(lobe.bitangent, direction)) /
-                     (lobe.roughness * lobe.roughness * max(cosine, 1e-4));
-  const vec2 masked = split_albedo(inversesqrt(1 + dot(slope, slope)), lobe.roughness);
-  const float albedo = masked.x + masked.y, grazing = min(split.y, albedo);
+// split_albedo() of an anisotropic lobe: that of isotropic facets whose alpha lies between both, at the angle of equal
+// masking; the grazing part takes an alpha of its own. Fitted to quadrature: docs/design/materials.md.
+vec2 anisotropic_split(Lobe lobe, vec3 direction, float cosine) {
+  const float along = dot(lobe.tangent, direction), across = dot(lobe.bitangent, direction);
+  const float cosine2 = max(cosine * cosine, 1e-8), along2 = along * along, across2 = across * across;
+  const float t2 = lobe.alpha_t * lobe.alpha_t, b2 = lobe.alpha * lobe.alpha, masked2 = b2 * across2;
+  const float less = 1 - lobe.alpha_t, masked = masked2 / (cosine2 + masked2);
+  const float share = 0.574 - 0.119 * lobe.alpha_t - 0.409 * less * along2 + masked * (0.123 + 0.233 * less);
+  const float alpha2 = mix(b2, t2, clamp(share, 0, 1));
+  const vec2 split = split_albedo(inversesqrt(1 + (t2 * along2 + masked2) / (alpha2 * cosine2)), sqrt(sqrt(alpha2)));
+  const float sideways = across2 / max(along2 + across2, 1e-8);
+  const float grazing_share = mix(1, lobe.alpha_t * (0.001 + 0.0789 * cosine), sideways);
+  const float albedo = split.x + split.y;
+  const float grazing = min(split_albedo(cosine, sqrt(sqrt(mix(b2, t2, grazing_share)))).y, albedo);
   return vec2(albedo - grazing, grazing);
+}
+
+// Directional albedo of one bounce, as split_albedo().
+vec2 lobe_split(Lobe lobe, vec3 direction, float cosine) {
+  return is_anisotropic(lobe) ? anisotropic_split(lobe, direction, cosine) : split_albedo(cosine, lobe.roughness);
+}
+
+// layer_loss_of() of a lobe, and its mean over the hemisphere. Those of anisotropic lobes are fitted to quadrature.
+float lobe_layer_loss(Lobe lobe, vec3 direction, float cosine) {
+  const float loss = layer_loss_of(cosine, lobe.roughness);
+  if (!is_anisotropic(lobe)) return loss;
+  const float across = dot(lobe.bitangent, direction), across4 = across * across * across * across;
+  return loss * (1 + (1 - lobe.alpha / lobe.alpha_t) * (5.3 * lobe.alpha_t * across4 * across4 - 0.3));
+}
+float lobe_mean_layer_loss(Lobe lobe) {
+  const float mean = mean_layer_loss(lobe.roughness);
+  return is_anisotropic(lobe) ? mean * (1 - (1 - lobe.alpha / lobe.alpha_t) * (0.25 - 0.17 * lobe.alpha_t)) : mean;
 }
 
 float distribution_charlie(float n_dot_h, float alpha) {
@@ -145,8 +178,11 @@ float sheen_lambda(float cos_theta, float alpha) {
   if (cos_theta < 0.5) return exp(sheen_lambda_fit(cos_theta, alpha));
   return exp(2 * sheen_lambda_fit(0.5, alpha) - sheen_lambda_fit(1 - cos_theta, alpha));
 }
+// Clamped, since the albedo would exceed 1 at grazing angles below a roughness of 0.2; the bound is fitted to an albedo
+// of 1.
 float visibility_sheen(float n_dot_v, float n_dot_l, float alpha) {
-  return clamp(1 / ((1 + sheen_lambda(n_dot_v, alpha) + sheen_lambda(n_dot_l, alpha)) * (4 * n_dot_v * n_dot_l)), 0, 1);
+  const float most = min(0.5 + alpha * (2 + 340 * alpha), 1);
+  return clamp(1 / ((1 + sheen_lambda(n_dot_v, alpha) + sheen_lambda(n_dot_l, alpha)) * (4 * n_dot_v * n_dot_l)), 0, most);
 }
 
 float largest(vec3 v) { return max(v.r, max(v.g, v.b)); }
@@ -168,8 +204,8 @@ float microfacets(Lobe lobe, vec3 half_vector, float n_dot_l, float sine) {
 }
 
 // Share of light that passes a layer above a surface, by the layer's weight and its albedo towards the eye and
-// the light. The minimum suits specular lobes: reciprocal, and never too bright. The product suits diffuse lobes:
-// it is exact for them.
+// the light. The minimum suits specular lobes: reciprocal, and never too bright (layer_loss_of()). The
+// product suits diffuse lobes: it is exact for them.
 struct LayerPass {
   float specular, diffuse;
 };
@@ -179,8 +215,10 @@ LayerPass passes_layer(float weight, float albedo_eye, float albedo_light, float
   return LayerPass(min(eye, light), eye * light / (1 - weight * (mean_albedo - covariance)));
 }
 
-// Cosine-weighted standard deviation of the table's grazing part over the hemisphere; fitted, largest error 5e-3.
+// Cosine-weighted standard deviation over the hemisphere of the table's grazing part and of sheen's albedo; fitted,
+// largest errors 5e-3 and 7e-3.
 float albedo_deviation(float r) { return 0.1145 / (1 + 15 * r * r * sqrt(r)); }
+float sheen_deviation(float r) { return 0.12 - 0.0046 / max(r, 0.0707107); }
 
 // Directional albedo of the clearcoat, weighted.
 float coat_albedo(Surface s) { return s.coat * (s.coat_lobe.albedo.r + s.coat_lobe.multiple.r); }
@@ -224,24 +262,41 @@ vec3 film_albedo(Film film, float cosine, float roughness, vec2 split) {
 }
 
 // Directional albedo of the interface above the diffuse layer, by the direction's cosine. split: of the base, for it.
-float body_albedo(Surface s, float cosine, vec2 split) {
-  float once = s.body.f0 * split.x + s.body.f90 * split.y;
-  if (has_film(s) && s.film.metal < 1) {
-    const float film = largest(film_albedo(s.film, s.film.dielectric_f0, cosine, s.base.roughness, split));
-    once = mix(once, film, s.film.weight);
-  }
-  return once + s.body.multiple * max(1 - split.x - split.y, 0);
+// A film does not absorb: each colour that it does not reflect enters.
+vec3 body_albedo(Surface s, float cosine, vec2 split) {
+  const vec3 plain = vec3(interface_albedo(s.body, split));
+  if (!has_film(s) || s.film.metal >= 1) return plain;
+  const vec3 film = film_albedo(s.film, s.film.dielectric_f0, cosine, s.base.roughness, split);
+  return mix(plain, film + s.film.dielectric_multiple * max(1 - split.x - split.y, 0), s.film.weight);
 }
 
 // Reflectance of a facet of that interface.
-float body_fresnel(Surface s, float cosine) {
-  float fresnel = mix(s.body.f0, s.body.f90, schlick_weight(cosine));
-  if (has_film(s)) {
-    const float film = largest(thin_film(s.film, s.film.dielectric_f0, clamp(cosine, 0, 1)));
-    fresnel = mix(fresnel, film, s.film.weight);
-  }
-  return fresnel;
+vec3 body_fresnel(Surface s, float cosine) {
+  const vec3 plain = vec3(mix(s.body.f0, s.body.f90, schlick_weight(cosine)));
+  return has_film(s) ? mix(plain, thin_film(s.film, s.film.dielectric_f0, clamp(cosine, 0, 1)), s.film.weight) : plain;
 }
+
+// Colour of light after all bounces on that interface but the first.
+vec3 body_multiple(Surface s) {
+  return has_film(s) ? mix(vec3(s.body.multiple), s.film.dielectric_multiple, s.film.weight) : vec3(s.body.multiple);
+}
+
+// Mean reflectance of the base's facets over the hemisphere.
+vec3 mean_fresnel(Surface s) {
+  const vec3 plain = s.base.f0 + (s.base.f90 - s.base.f0) / 21;
+  if (!has_film(s)) return plain;
+  return mix(plain, s.film.dielectric * s.film.dielectric_mean + s.film.metal * s.film.metal_mean, s.film.weight);
+}
+
+// Share of a white specular lobe's light that a layer's minimum loses, returned as a diffuse lobe (after Kulla and Conty
+// 2017). Factors on that of a smooth clearcoat; sheen's losses differ by a polynomial in the squared cosine, fitted.
+float returned_by_sheen(Surface s, float cosine) {
+  const float r = max(s.sheen_roughness, 0.0707107), mean_cosine2 = min(0.04 + 0.85 * s.base.roughness, 0.51);
+  const float even = min(0.03 + 0.22 / r, 1.1), rise = clamp(11.5 * r - 2.5, -1, 2.4);
+  return largest(s.sheen_color) * (even + rise * s.base.n_dot_v * s.base.n_dot_v) * (even + rise * cosine * cosine) /
+         (even + rise * mean_cosine2);
+}
+float returned_by_coat(Surface s) { return s.coat * albedo_deviation(s.coat_lobe.roughness) / albedo_deviation(0); }
 
 // Reflected radiance times the cosine, per unit of irradiance perpendicular to the light's direction. sine:
 // of half the angle that the light subtends.
@@ -255,7 +310,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   if (n_dot_l > 0) {
     const vec2 split = lobe_split(s.base, to_light, cosine);
     const float loss = max(1 - split.x - split.y, 0);
-    const float entering = 1 - body_albedo(s, cosine, split);
+    const vec3 entering = 1 - body_albedo(s, cosine, split);
     vec3 fresnel = mix(s.base.f0, s.base.f90, grazing);
     if (has_film(s)) fresnel = mix(fresnel, film_reflectance(s.film, clamp(dot(s.to_eye, h), 0, 1)), s.film.weight);
     specular = fresnel * microfacets(s.base, h, n_dot_l, sine);
@@ -268,28 +323,34 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   } else if (largest(s.transmitted) > 0 && n_dot_l < 0) {
     // Transmission through a thin wall without refraction: the light is mirrored to this side.
     const vec3 through = normalize(to_light - 2 * n_dot_l * s.base.normal + s.to_eye);
-    const float entering = 1 - body_fresnel(s, dot(s.to_eye, through));
+    const vec3 entering = 1 - body_fresnel(s, dot(s.to_eye, through));
     const vec2 split = lobe_split(s.base, to_light, cosine);
     specular = entering * microfacets(s.base, through, cosine, sine) * s.transmitted;
-    diffuse = (1 - s.body.multiple) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
+    diffuse = (1 - body_multiple(s)) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
   }
+  vec3 returned = vec3(0);  // below a smooth clearcoat
+  if (has_sheen || s.coat > 0) {
+    const vec3 passed_on = n_dot_l > 0 ? mean_fresnel(s) : (1 - body_multiple(s)) * s.transmitted;
+    returned = passed_on * s.base.layer_loss * lobe_layer_loss(s.base, to_light, cosine) /
+               (PI * lobe_mean_layer_loss(s.base));
+  }
+  // Albedos of interface and layers grow towards grazing angles.
+  const float body_deviation = (s.body.f90 - s.body.f0) * albedo_deviation(s.base.roughness) * PI * largest(s.per_mean_entering);
   if (has_sheen) {
     const LayerPass below = passes_layer(largest(s.sheen_color), s.sheen_albedo, sheen_albedo_of(cosine, s.sheen_roughness),
-                                         mean_sheen_albedo(s.sheen_roughness), 0);
+                                         mean_sheen_albedo(s.sheen_roughness), body_deviation * sheen_deviation(s.sheen_roughness));
     specular *= below.specular;
-    diffuse *= below.diffuse;
+    diffuse = diffuse * below.diffuse + returned_by_sheen(s, cosine) * returned;
   }
   vec3 result = cosine * (specular + diffuse + sheen);
   if (s.coat > 0) {
     const float coat_n_dot_l = dot(s.coat_lobe.normal, to_light);
     const vec2 split = split_albedo(abs(coat_n_dot_l), s.coat_lobe.roughness);
     const Interface coat = s.coat_interface;
-    // Both albedos grow towards grazing angles.
-    const float covariance = (coat.f90 - coat.f0) * albedo_deviation(s.coat_lobe.roughness) * (s.body.f90 - s.body.f0) *
-                             albedo_deviation(s.base.roughness) * PI * s.per_mean_entering;
+    const float covariance = (coat.f90 - coat.f0) * albedo_deviation(s.coat_lobe.roughness) * body_deviation;
     const LayerPass below = passes_layer(s.coat, s.coat_lobe.albedo.r + s.coat_lobe.multiple.r,
                                          interface_albedo(coat, split), coat.mean_albedo, covariance);
-    result = cosine * (below.specular * (specular + sheen) + below.diffuse * diffuse);
+    result = cosine * (below.specular * (specular + sheen) + below.diffuse * diffuse + returned_by_coat(s) * returned);
     if (coat_n_dot_l > 0) {
       result += coat_n_dot_l * s.coat *
                 (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(coat.f0, coat.f90, grazing) +
@@ -298,7 +359,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
   }
   // Like the diffuse layer, from the far side, which has neither sheen nor coat.
   if (passes_diffuse(s) && n_dot_l < 0) {
-    const float entering = 1 - body_albedo(s, cosine, lobe_split(s.base, to_light, cosine));
+    const vec3 entering = 1 - body_albedo(s, cosine, lobe_split(s.base, to_light, cosine));
     result += cosine * entering * s.per_mean_entering * passes_layers(s) * s.passed;
   }
   return result;

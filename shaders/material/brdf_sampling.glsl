@@ -13,13 +13,23 @@ struct LobeShares {
   float coat_facets, coat_diffuse;  // about the clearcoat's normal
 };
 
+// Albedo of sheen, and of what the layers' minimum loses.
+float returned_albedo(Surface s) {
+  const bool has_sheen = largest(s.sheen_color) > 0;
+  float albedo = has_sheen ? largest(s.sheen_color) * s.sheen_albedo : 0;
+  if (has_sheen || s.coat > 0) {
+    const float returned = (has_sheen ? largest(s.sheen_color) : 0) + (s.coat > 0 ? returned_by_coat(s) : 0);
+    albedo += returned * s.base.layer_loss * largest(mean_fresnel(s));
+  }
+  return albedo;
+}
+
 LobeShares lobe_shares(Surface s) {
-  const float through = largest(s.transmitted);
   LobeShares shares;
   shares.facets = largest(s.base.albedo);
-  shares.diffuse = largest(s.diffuse + s.base.multiple) + largest(s.sheen_color) * (largest(s.sheen_color) > 0 ? s.sheen_albedo : 0);
-  shares.through = through * (1 - s.body_albedo);
-  shares.through_diffuse = through * (1 - s.body.multiple) * s.base.loss;
+  shares.diffuse = largest(s.diffuse + s.base.multiple) + returned_albedo(s);
+  shares.through = largest(s.transmitted * (1 - s.body_albedo));
+  shares.through_diffuse = largest(s.transmitted * (1 - body_multiple(s))) * s.base.loss;
   shares.coat_facets = s.coat > 0 ? s.coat * s.coat_lobe.albedo.r : 0;
   shares.coat_diffuse = s.coat > 0 ? s.coat * s.coat_lobe.multiple.r : 0;
   const float sum = shares.facets + shares.diffuse + shares.through + shares.through_diffuse + shares.coat_facets +

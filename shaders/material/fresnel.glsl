@@ -10,6 +10,7 @@ struct Film {
   float thickness_nm;
   float dielectric, metal;       // shares of the surface
   vec3 dielectric_f0, metal_f0;  // of the bases, without the film
+  vec3 dielectric_mean, metal_mean;  // reflectances over the hemisphere, with the film
   vec3 dielectric_multiple;      // colour of light after all bounces but the first
 };
 

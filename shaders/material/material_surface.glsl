@@ -94,6 +94,8 @@ void add_extensions(MaterialExtensionRecord extension, uint flags, float metalli
     add_reflectance(surface.coat_lobe, surface.to_eye, vec3(0.04), 1, vec3(1), 0);
     surface.coat_interface = make_interface(0.04, 1, surface.coat_lobe.roughness);
   }
+  if ((flags & (FIRE3DV_MATERIAL_SHEEN | FIRE3DV_MATERIAL_CLEARCOAT)) != 0)
+    surface.base.layer_loss = lobe_layer_loss(surface.base, surface.to_eye, surface.base.n_dot_v);
 }
 
 // to_eye: unit, towards the viewer or the ray's origin.

@@ -34,6 +34,12 @@ float dielectric_reflectance(float cosine, float ior) {
   return 0.5 * (s * s + p * p);
 }
 
+// Share of light that passes: the complement of the largest channel, of a film that of each.
+vec3 boundary_passed(Boundary b, vec3 reflected) {
+  const vec3 plain = vec3(1 - largest(reflected));
+  return kIridescence && b.film.weight > 0 ? mix(plain, 1 - reflected, b.film.weight) : plain;
+}
+
 // Scales Fresnel's equations to the reflectances of KHR_materials_specular. Total reflection stays total. A film reflects
 // to both sides alike, since it does not absorb.
 vec3 boundary_reflectance(Boundary b, float ior, float cosine) {
@@ -78,7 +84,7 @@ vec3 facet_density(Boundary b, float ior, vec3 eye, vec3 to_light) {
   const vec3 reflected = boundary_reflectance(b, ior, eye_h);
   if (!passes) return reflected * density / 4;
   const float bent = eye_h + ior * light_h;
-  return vec3((1 - largest(reflected)) * density * eye_h * -light_h * ior * ior / max(bent * bent, 1e-12));
+  return boundary_passed(b, reflected) * (density * eye_h * -light_h * ior * ior / max(bent * bent, 1e-12));
 }
 
 vec3 flipped(vec3 v) { return vec3(v.xy, -v.z); }
@@ -120,6 +126,7 @@ BoundaryWalk walk_boundary(Boundary b, vec3 to_eye, uvec4 seed, vec3 to_light) {
       direction = normalize(direction + 2 * cosine * facet);
       continue;
     }
+    weight *= boundary_passed(b, reflected) / (1 - reflects);
     const float behind = sqrt(max(1 - (1 - cosine * cosine) / (ior * ior), 0));
     direction = flipped(normalize(direction / ior + (cosine / ior - behind) * facet));
     light = flipped(light);

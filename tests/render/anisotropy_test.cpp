@@ -22,16 +22,21 @@ class AnisotropicMetal {
  public:
   AnisotropicMetal(double roughness, double strength)
       : alpha_b_(roughness * roughness), alpha_t_(glm::mix(alpha_b_, 1.0, strength * strength)) {
-    const double cubes = (std::pow(alpha_t_, 1.5) + std::pow(alpha_b_, 1.5)) / 2;
-    alpha_ = std::pow(cubes, 2 / 3.0);
-    constexpr int kSteps = 32;
+    constexpr int kSteps = 24;
     for (int i = 0; i < kSteps; ++i) {
-      const double cosine = (i + 0.5) / kSteps;
-      mean_loss_ += 2 * cosine / kSteps * isotropic_loss(cosine);
+      for (int j = 0; j < kSteps; ++j) {
+        const double cosine = (i + 0.5) / kSteps, sine = std::sqrt(1 - cosine * cosine);
+        const double angle = kPi / 2 * (j + 0.5) / kSteps;
+        mean_loss_ +=
+            2 * cosine / (kSteps * kSteps) * loss({sine * std::cos(angle), sine * std::sin(angle), cosine});
+      }
     }
   }
 
-  double brdf(const glm::dvec3& eye, const glm::dvec3& light, double f0) const {
+  struct Brdf {
+    double once, multiple;  // one bounce, all further bounces
+  };
+  Brdf brdf(const glm::dvec3& eye, const glm::dvec3& light, double f0) const {
     const glm::dvec3 h = glm::normalize(eye + light);
     const double fresnel = f0 + (1 - f0) * std::pow(1 - glm::dot(eye, h), 5);
     // Slope distribution of Heitz 2014, and the height-correlated masking of both directions.
@@ -41,8 +46,8 @@ class AnisotropicMetal {
     const double masking = 1 / (1 + lambda(eye) + lambda(light));
     const double mean = f0 + (1 - f0) / 21;
     const double multiple = mean * mean * (1 - mean_loss_) / (1 - mean * mean_loss_);
-    return fresnel * distribution * masking / (4 * eye.z * light.z) +
-           multiple * loss(eye) * loss(light) / (kPi * mean_loss_);
+    return {fresnel * distribution * masking / (4 * eye.z * light.z),
+            multiple * loss(eye) * loss(light) / (kPi * mean_loss_)};
   }
 
  private:
@@ -50,24 +55,20 @@ class AnisotropicMetal {
     return (alpha_t_ * alpha_t_ * v.x * v.x + alpha_b_ * alpha_b_ * v.y * v.y) / (v.z * v.z);
   }
   double lambda(const glm::dvec3& v) const { return (std::sqrt(1 + slope2(v)) - 1) / 2; }
-  // docs/design/materials.md: isotropic facets at the angle of equal masking.
+  // 1 - albedo of white facets, by quadrature over facets that are seen (Dupuy and Benyoub 2023). The
+  // renderer has a fit: docs/design/materials.md.
   double loss(const glm::dvec3& v) const {
-    return isotropic_loss(1 / std::sqrt(1 + slope2(v) / (alpha_ * alpha_)));
-  }
-  // 1 - albedo of white facets, by quadrature over facets that are seen (Dupuy and Benyoub 2023).
-  double isotropic_loss(double cosine) const {
-    const double a = alpha_;
-    const glm::dvec3 v(std::sqrt(1 - cosine * cosine), 0, cosine);
-    const glm::dvec3 stretched = glm::normalize(glm::dvec3(a * v.x, 0, v.z));
-    const auto length = [&](const glm::dvec3& d) { return glm::length(glm::dvec3(a * d.x, a * d.y, d.z)); };
-    constexpr int kSteps = 64;
+    const auto scaled = [&](const glm::dvec3& d) { return glm::dvec3(alpha_t_ * d.x, alpha_b_ * d.y, d.z); };
+    const glm::dvec3 stretched = glm::normalize(scaled(v));
+    const auto length = [&](const glm::dvec3& d) { return glm::length(scaled(d)); };
+    constexpr int kSteps = 32;
     double albedo = 0;
     for (int i = 0; i < kSteps; ++i) {
       for (int j = 0; j < kSteps; ++j) {
         const double angle = 2 * kPi * (i + 0.5) / kSteps;
         const double z = (1 - (j + 0.5) / kSteps) * (1 + stretched.z) - stretched.z, r = std::sqrt(1 - z * z);
         const glm::dvec3 cap = glm::dvec3(r * std::cos(angle), r * std::sin(angle), z) + stretched;
-        const glm::dvec3 h = glm::normalize(glm::dvec3(a * cap.x, a * cap.y, cap.z));
+        const glm::dvec3 h = glm::normalize(scaled(cap));
         const glm::dvec3 light = 2 * glm::dot(h, v) * h - v;
         if (light.z <= 0) continue;
         albedo +=
@@ -77,7 +78,7 @@ class AnisotropicMetal {
     return 1 - albedo;
   }
 
-  double alpha_b_, alpha_t_, alpha_ = 0, mean_loss_ = 0;
+  double alpha_b_, alpha_t_, mean_loss_ = 0;
 };
 
 scene::Material metal(float f0, float roughness, float strength, float rotation_rad = 0) {
@@ -117,12 +118,13 @@ TEST_F(Anisotropy, LampHighlightsMatchBrdf) {
       const auto local = [&](const glm::dvec3& d) {
         return glm::dvec3(c * d.x + s * d.z, c * d.z - s * d.x, d.y);
       };
-      const double truth = AnisotropicMetal(cases[i].roughness, cases[i].strength)
-                               .brdf(local(pair.eye), local(pair.light), cases[i].f0);
+      const auto [once, multiple] = AnisotropicMetal(cases[i].roughness, cases[i].strength)
+                                        .brdf(local(pair.eye), local(pair.light), cases[i].f0);
+      const double truth = once + multiple;
       const std::string what = tiles[i].name + ", eye " + std::to_string(pair.eye.x);
       const double found = raster[i].g;
       EXPECT_GT(truth, 1e-3) << what;
-      EXPECT_NEAR(found / truth, 1, 0.015) << what;
+      EXPECT_NEAR(found, truth, 0.015 * once + 0.15 * multiple) << what;  // the losses are fitted
       EXPECT_NEAR(traced[i].g / found, 1, 0.005) << what;
       EXPECT_NEAR(swapped[i].g / found, 1, 0.005) << what << ", swapped";
       largest = std::max(largest, std::abs(found / truth - 1));
@@ -180,7 +182,7 @@ TEST_F(Anisotropy, WhiteMetalReflectsWhiteFurnace) {
         const std::string what =
             tiles[i].name + ", " + std::to_string(degrees) + " degrees, turned by " + std::to_string(turn);
         RecordProperty(what, std::to_string(mean) + " +- " + std::to_string(error));
-        EXPECT_GE(mean, 0.92 - 4 * error) << what;
+        EXPECT_GE(mean, 0.98 - 4 * error) << what;
         EXPECT_LE(mean, 1.02 + 4 * error) << what;
         EXPECT_LT(error, 0.01) << what;
         least = std::min(least, mean);

@@ -8,6 +8,8 @@ if(TARGET fire3dv_passes)
                  TIMEOUT 900)
   endforeach()
   target_link_libraries(render_lifetime_test PRIVATE fire3dv_live_scene)
+  fire3dv_test(render_material_energy_test SOURCES truth/material_energy_test.cpp LINK fire3dv_render_bench LABELS render
+               TIMEOUT 900)
   fire3dv_test(render_path_test SOURCES truth/path_test.cpp truth/path_refinement_test.cpp
                LINK fire3dv_render_bench LABELS render TIMEOUT 900)
   fire3dv_test(render_path_glass_test SOURCES truth/path_glass_test.cpp LINK fire3dv_render_bench LABELS render

@@ -45,9 +45,9 @@ std::vector<std::vector<glm::dvec3>> tile_pixels(SceneBuilder builder, const std
   const scene::Scene scene = builder.build();
   const state::PoseState poses(scene);
   RenderBench bench(scene, {9, 9}, settings);
-  constexpr double kDistance = 20000;
+  constexpr double kDistance = 2000;
   scene::Camera camera;
-  camera.vertical_fov_rad = static_cast<float>(0.2 / kDistance);
+  camera.vertical_fov_rad = static_cast<float>(0.02 / kDistance);  // within a tile, also at 89 degrees
   passes::ImageOutputs outputs;
   outputs.add(wire::kColorLinearF16);
   std::vector<std::vector<glm::dvec3>> result(count);
