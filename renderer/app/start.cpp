@@ -10,7 +10,9 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/loading/scene_load.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
+#include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/scene/textures/environment.h"
+#include "renderer/scene/textures/environment_sun.h"
 
 namespace fire3dv::app {
 
@@ -84,6 +86,13 @@ std::vector<std::string> settings_without_effect(const gpu::Device& device, cons
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
   if (!can) warnings.push_back("--ray-effects: " + can.error().message);
   return warnings;
+}
+
+std::string describe_sun(const passes::SceneRenderer& renderer) {
+  const std::optional<scene::EnvironmentSun>& sun = renderer.gpu_scene().sun;
+  if (!sun || renderer.traces_paths()) return "";
+  return "the environment's sun (" + scene::describe(*sun) +
+         ") is a light with shadows; --environment-sun off keeps it in the image";
 }
 
 Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene) {

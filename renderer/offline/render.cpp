@@ -301,6 +301,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (auto enough = passes::ensure_texture_capacity(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();
   renderer->set_scene(loaded.scene, loaded.derived);
+  if (const std::string sun = app::describe_sun(*renderer); !sun.empty()) log_message("info: " + sun);
   if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
     return prepared.error();
 

@@ -6,6 +6,7 @@
 #include "renderer/passes/resources/image_globals.h"
 #include "renderer/passes/resources/scene_materials.h"
 #include "renderer/passes/resources/scene_parts.h"
+#include "renderer/passes/resources/sun_light.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -43,7 +44,12 @@ SharedPasses::SharedPasses(gpu::Device& on, const settings::DrawSettings& wanted
       deform(device, layout.get()) {}
 
 void SharedPasses::prepare_environment(const settings::DrawSettings& wanted) {
-  environment.emplace(device, environment_of(wanted), wanted.cached_environments.get());
+  const scene::EnvironmentImage image = environment_of(wanted);
+  std::optional<scene::SplitEnvironment> split;
+  if (wanted.environment && wanted.environment_sun) split = scene::split_sun(image);
+  if (split) sun = split->sun;
+  const bool without_sun = split && !wanted.path;
+  environment.emplace(device, image, without_sun ? split->rest : image, wanted.cached_environments.get());
 }
 
 ScenePasses::ScenePasses(SharedPasses& borrowed, const settings::DrawSettings& wanted,
@@ -100,7 +106,7 @@ void ScenePasses::expect_shading(const RendererSettings& settings, const scene::
   // too long to precompile that variant.
   if (!gpu::uses_cpu_variants(device)) visibility->expect(shading);
   shading.shadows = shadow_mode(settings, technique.method == settings::ShadowMethod::ray);
-  const std::vector<scene::PlacedLight> lights = scene::lights_of(scene, nullptr);
+  const std::vector<scene::PlacedLight> lights = drawn_lights(scene, nullptr, shared.sun);
   shading.tests_maps = settings.shadows_on() && technique.hybrid && !lights.empty() && !any_soft(lights);
   visibility->expect(shading);
 }
@@ -109,8 +115,10 @@ SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Sc
   const ShadowTechnique& technique = settings.shadow_technique();
   const bool hits_surfaces = path_tracer || ray_effects;
   // Maps save most rays, except those to soft lights.
-  const bool has_few_rays = !hits_surfaces && technique.hybrid && !any_soft(scene::lights_of(scene, nullptr));
+  const bool has_few_rays =
+      !hits_surfaces && technique.hybrid && !any_soft(drawn_lights(scene, nullptr, shared.sun));
   SceneUses uses;
+  uses.sun = shared.sun;
   uses.anisotropy = settings.draw().anisotropy;
   uses.rays = has_few_rays ? gpu::Rays::few : gpu::Rays::many;
   uses.path_traced = path_tracer != nullptr;
@@ -183,6 +191,12 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   globals.near_plane = window.plane_world;
   const Environment& environment = *shared.environment;
   environment.describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
+  globals.environment_sun = FIRE3DV_NO_INDEX;
+  if (scene.sun && draw.environment_intensity > 0) {
+    if (path_tracer) globals.environment_sun = --globals.light_count;
+  } else if (scene.sun) {
+    --globals.light_count;
+  }
   globals.background = draw.background.color;
   globals.background_zenith = draw.background.zenith.value_or(draw.background.color);
   if (view.ground && !view.orthographic) {

@@ -45,6 +45,8 @@ struct SharedPasses {
   DeformPass deform;
   TracedScene traced_scene;                // of the path-traced image that refines
   std::optional<Environment> environment;  // set by prepare_environment()
+  // The environment's light that is drawn as a lamp; paths keep it in the image. Set before the environment.
+  std::optional<scene::EnvironmentSun> sun;
 };
 
 // Passes of images with these settings.

@@ -96,7 +96,8 @@ bool RendererSettings::needs_new_renderer(const settings::DrawSettings& settings
                              choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
   return settings.path.has_value() != traces_paths() || path != path_ || other_shadows ||
          choose_samples(device_, path, settings.samples) != samples_ ||
-         settings.anisotropy != draw_.anisotropy;
+         settings.anisotropy != draw_.anisotropy ||
+         (!uses_studio_ && settings.environment_sun != draw_.environment_sun);
 }
 
 std::string RendererSettings::without_visibility_buffer() const {

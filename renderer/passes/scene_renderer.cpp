@@ -7,6 +7,7 @@
 #include "renderer/passes/frame.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/passes/resources/scene_parts.h"
+#include "renderer/passes/resources/sun_light.h"
 #include "renderer/passes/resources/target_cache.h"
 
 namespace fire3dv::passes {
@@ -74,7 +75,7 @@ void SceneRenderer::set_motion_scene() {
   passes.expect_scene(*motion_settings_, *scene_);
   forget_scene(*moving_);
   passes.shadows.set_scene(*scene_, *gpu_scene_);
-  if (edits_) passes.shadows.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
+  if (edits_) passes.shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, gpu_scene_->sun));
 }
 
 void SceneRenderer::drop_motion_passes() {
@@ -237,11 +238,13 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
       if (!images) continue;
       ShadowPass& shadows = images->passes.shadows;
       if (changed.visibility) shadows.choose_planar_casters(*scene_, *gpu_scene_);
-      if (changed.lights) shadows.set_lights_or_drop_shadows(scene::lights_of(*scene_, edits_));
+      if (changed.lights) shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, gpu_scene_->sun));
     }
     if (changed.vertices) shared_->deform.invalidate_vertices();
   }
   shared_->transforms.record(recorder, staging, *gpu_scene_, poses);
+  place_sun(recorder, staging, *gpu_scene_, settings_.draw().environment_intensity,
+            settings_.draw().environment_rotation_rad);
   // Only the raster pipeline sorts draws by winding; compute passes read it from the transforms pass.
   if (settings_.raster_path() == settings::RasterPath::forward || draws_forward)
     gpu_scene_->update_winding(recorder, staging, *scene_, view.world, *poses[view.world]);

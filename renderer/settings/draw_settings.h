@@ -34,7 +34,8 @@ struct DrawSettings {
   ShadowSettings shadows;
   std::shared_ptr<const scene::EnvironmentImage> environment;  // null: the studio environment
   std::shared_ptr<passes::EnvironmentStore>
-      cached_environments;  // cache; null: maps are prepared at each start
+      cached_environments;      // cache; null: maps are prepared at each start
+  bool environment_sun = true;  // a sun in the environment image is drawn as a light with shadows
   float environment_intensity = 1;
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;

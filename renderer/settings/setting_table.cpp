@@ -473,6 +473,11 @@ std::vector<DrawSetting> make_table() {
                          kByPrograms | kByWindow, environment_rotation());
   row->value_name = "DEG";
   row->controls = {{"  rotation", nullptr, {}, -180, 180, "%.0f \u00b0"}};
+  row = &environment.add("environment-sun", "light with shadows instead of the sun in the image",
+                         Invalidates::renderer, kByPrograms | kByWindow,
+                         choice<bool>({{"auto", true}, {"off", false}}, FIELD(environment_sun)));
+  row->value_name = "auto|off";
+  row->controls = {{"  sun as a light", "With shadows; off: as a part of the environment image"}};
   environment.add("background", "auto, gradient, environment, or a colour such as 20a0ff",
                   Invalidates::shading, kByPrograms | kByWindow, background());
 

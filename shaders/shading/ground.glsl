@@ -27,7 +27,7 @@ vec2 known_light(GlobalsRef globals, RasterView view, vec3 position_world, Light
 float ground_visibility(GlobalsRef globals, uint light_index, LightSample light, vec3 position_world) {
   if (globals.value.shadows == FIRE3DV_SHADOWS_OFF || globals.value.light_views == 0) return 1;
   const LightShadow shadow = LightShadowRef(globals.value.light_shadows).at[light_index];
-  if (shadow.rays == 0) return 1;
+  if (shadow.rays == 0 || shadow.view_count == 0) return 1;
   const RasterView view = view_of(globals, shadow, light);
   const float step_m = 0.002 * globals.value.ground_radius_m;
   vec2 sum = known_light(globals, view, position_world, light);
@@ -57,6 +57,14 @@ float ground_factor(GlobalsRef globals, vec3 direction) {
     whole += irradiance;
     arriving += irradiance * ground_visibility(globals, i, light, position);
   }
+#ifdef FIRE3DV_PATH_TRACED
+  const uint sun = globals.value.environment_sun;
+  if (sun != FIRE3DV_NO_INDEX) {  // its light is part of the environment's
+    const LightSample light = sample_light(globals, sun, position);
+    const float irradiance = min(dot(light.irradiance, luminance) * max(light.to_light.y, 0), whole);
+    if (irradiance > 0) arriving -= irradiance * (1 - ground_visibility(globals, sun, light, position));
+  }
+#endif
   return whole > 0 ? mix(1, arriving / whole, fade) : 1;
 }
 

@@ -52,6 +52,8 @@ struct Globals {
   vec4 near_window;  // passes::NearWindow: centre and radius
   vec4 near_plane;
   uint light_count;
+  uint environment_sun;  // index of a light beyond these that is part of the environment; FIRE3DV_NO_INDEX:
+                         // none
   float environment_intensity;  // factor on the environment's radiance
   vec2 environment_turn;        // cosine and sine of its rotation about +Y
   vec3 background;              // linear colour without a visible environment, towards the ground

@@ -81,6 +81,15 @@ mat3 light_axes(AffineRows world_from_light) {
   return mat3(right, cross(back, right), back);
 }
 
+// Of a light without a node, whose direction alone is known.
+AffineRows turned_to(vec3 light_direction_world) {
+  AffineRows world_from_light;
+  world_from_light.row0 = vec4(0, 0, -light_direction_world.x, 0);
+  world_from_light.row1 = vec4(0, 0, -light_direction_world.y, 0);
+  world_from_light.row2 = vec4(0, 0, -light_direction_world.z, 0);
+  return world_from_light;
+}
+
 mat3 cube_side_axes(uint side) {
   const vec3 forward = side == 0 ? vec3(1, 0, 0) : side == 1 ? vec3(-1, 0, 0) : side == 2 ? vec3(0, 1, 0)
                      : side == 3 ? vec3(0, -1, 0) : side == 4 ? vec3(0, 0, 1) : vec3(0, 0, -1);
@@ -102,7 +111,12 @@ void main() {
   }
   const LightViewRequest wanted = LightViewRequestRef(push.wanted).at[gl_WorkGroupID.x];
   const LightRecord light = LightRef(globals.value.lights).at[wanted.light];
-  const AffineRows world_from_light = AffineRowsRef(globals.value.world_from_node).at[light.node];
+  AffineRows world_from_light;
+  if (light.node == FIRE3DV_NO_INDEX) {
+    world_from_light = turned_to(LightPoseRef(globals.value.light_poses).at[wanted.light].light_direction_world);
+  } else {
+    world_from_light = AffineRowsRef(globals.value.world_from_node).at[light.node];
+  }
   const bool orthographic = light.type == FIRE3DV_LIGHT_DIRECTIONAL;
   const mat3 axes = wanted.side == FIRE3DV_NO_INDEX ? light_axes(world_from_light) : cube_side_axes(wanted.side);
   vec3 low, high;

@@ -14,6 +14,8 @@ if(TARGET fire3dv_passes)
                LINK fire3dv_render_bench LABELS render TIMEOUT 900)
   fire3dv_test(render_path_glass_test SOURCES truth/path_glass_test.cpp LINK fire3dv_render_bench LABELS render
                TIMEOUT 900)
+  fire3dv_test(render_environment_sun_test SOURCES truth/environment_sun_test.cpp LINK fire3dv_render_bench
+               LABELS render TIMEOUT 900)
   fire3dv_test(render_identity_test SOURCES identity_test.cpp LINK fire3dv_render_bench fire3dv_app fire3dv::client
                LABELS render TIMEOUT 1200)
 endif()

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "base/files.h"
@@ -10,6 +11,7 @@
 #include "base/plural.h"
 #include "base/process/failure.h"
 #include "base/text.h"
+#include "renderer/app/start.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/passes/path/path_pass.h"
@@ -123,6 +125,7 @@ void FrameLoop::log_technique() const {
                    settings::describe(context_.options.draw.ray_effects.on).c_str(),
                    passes::describe_path_back_end(context_.renderer.ray_effect_back_end()));
   }
+  if (const std::string sun = describe_sun(context_.renderer); !sun.empty()) log_message("info: " + sun);
   if (context_.renderer.traces_shadow_rays() && !context_.renderer.traces_paths()) {
     std::fprintf(stderr, "fire3dv: info: acceleration structures are built %s\n",
                  gpu::describe(context_.device.queues().async));

@@ -94,6 +94,7 @@ std::string inputs_of_run(const Options& options, const gpu::DeviceReport& devic
   const settings::DrawSettings& draw = options.draw;
   inputs.add(draw.environment_intensity);
   inputs.add(draw.environment_rotation_rad);
+  inputs.add(draw.environment_sun);  // of ground shadows
   inputs.add(draw.background.show_environment);
   inputs.add(draw.background.show_sky);
   inputs.add(draw.background.color);

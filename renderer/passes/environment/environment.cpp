@@ -174,8 +174,8 @@ std::vector<uint32_t> halved(const std::vector<uint32_t>& texels, uint32_t width
 }
 
 // Computes mip levels on the CPU, since the packed format is not renderable.
-gpu::Image upload_background(gpu::Device& device, gpu::LoaderCommands& loader,
-                             const scene::EnvironmentImage& source) {
+gpu::Image upload_equirectangular(gpu::Device& device, gpu::LoaderCommands& loader,
+                                  const scene::EnvironmentImage& source) {
   gpu::ImageInfo info;
   info.format = VK_FORMAT_E5B9G9R9_UFLOAT_PACK32;
   info.extent = {source.width, source.height};
@@ -240,13 +240,14 @@ Digest environment_kind(const VkPhysicalDeviceProperties& device, const scene::E
   return digest_of(std::as_bytes(std::span(text)));
 }
 
-Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* cache)
+Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& image,
+                         const scene::EnvironmentImage& lighting, EnvironmentStore* cache)
     : device_(device),
       scale_(image.scale),
       background_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_REPEAT)),
       map_sampler_(create_sampler(device, VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE)) {
   gpu::LoaderCommands loader(device);
-  background_image_ = upload_background(device, loader, image);
+  background_image_ = upload_equirectangular(device, loader, image);
   const Recipe recipe = Recipe::of(image);
   specular_ = create_map(device, kSpecular, recipe.face, static_cast<uint32_t>(recipe.specular.size()), true);
   irradiance_ = create_map(device, kIrradiance, kIrradianceFace, 1, true);
@@ -254,12 +255,17 @@ Environment::Environment(gpu::Device& device, const scene::EnvironmentImage& ima
 
   size_t bytes = 0;
   for (const Level& level : levels()) bytes += level.bytes;
-  const Digest kind = cache ? environment_kind(device.identity(), image, recipe.numbers()) : Digest{};
+  const Digest kind = cache ? environment_kind(device.identity(), lighting, recipe.numbers()) : Digest{};
   const auto found = cache ? cache->find(kind, bytes) : std::nullopt;
   if (found) {
     upload(loader, *found);
   } else {
-    prepare(loader, recipe);
+    if (&lighting == &image) {
+      prepare(loader, recipe, background_image_);
+    } else {
+      gpu::Image without_sun = upload_equirectangular(device, loader, lighting);
+      prepare(loader, recipe, without_sun);
+    }
     if (cache) cache->keep(kind, download(loader));
   }
   loader.recorder().transition({Use(background_image_, kShading), Use(specular_, kShading),
@@ -315,11 +321,10 @@ std::vector<uint32_t> Environment::Recipe::numbers() const {
   return numbers;
 }
 
-void Environment::prepare(gpu::LoaderCommands& loader, const Recipe& recipe) {
+void Environment::prepare(gpu::LoaderCommands& loader, const Recipe& recipe, gpu::Image& lighting) {
   gpu::Image radiance = create_map(device_, kHalves, recipe.face, recipe.radiance_levels, true);
   EnvironmentSteps steps(device_, loader);
-  steps.sample("environment_cube.comp", background_image_, background_sampler_.get(), radiance, 0,
-               recipe.cube);
+  steps.sample("environment_cube.comp", lighting, background_sampler_.get(), radiance, 0, recipe.cube);
   for (uint32_t level = 1; level < recipe.radiance_levels; ++level) {
     steps.load("environment_downsample.comp", radiance, level - 1, radiance, level, {});
   }

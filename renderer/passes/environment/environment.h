@@ -29,8 +29,10 @@ float equirectangular_level(const View& view, uint32_t image_height, uint32_t te
 
 class Environment {
  public:
-  // cache: cache of the prepared maps, read and filled; null: no cache.
-  Environment(gpu::Device& device, const scene::EnvironmentImage& image, EnvironmentStore* cache);
+  // image: the background. lighting: the image of the prefiltered maps, without the sun where that is a
+  // light. cache: cache of the prepared maps, read and filled; null: no cache.
+  Environment(gpu::Device& device, const scene::EnvironmentImage& image,
+              const scene::EnvironmentImage& lighting, EnvironmentStore* cache);
 
   gpu::EnvironmentTextures textures() const;
   // Fills the environment's part of the frame globals.
@@ -57,7 +59,7 @@ class Environment {
     std::vector<uint32_t> numbers() const;  // all parameters, for the cache key
   };
   std::vector<Level> levels();
-  void prepare(gpu::LoaderCommands& loader, const Recipe& recipe);
+  void prepare(gpu::LoaderCommands& loader, const Recipe& recipe, gpu::Image& lighting);
   void upload(gpu::LoaderCommands& loader, std::span<const std::byte> maps);
   std::vector<std::byte> download(gpu::LoaderCommands& loader);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/passes/resources/scene_materials.h"
+#include "renderer/passes/resources/sun_light.h"
 #include "renderer/scene/model/vertices.h"
 #include "shaders/shared/types.h"
 
@@ -248,11 +249,11 @@ void EditUploader::set_first_primitive(Change& change, uint32_t node, uint32_t f
 
 void EditUploader::upload_lights(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
-  const std::vector<scene::PlacedLight> lights = scene::lights_of(change.scene, &change.edits);
+  const std::vector<scene::PlacedLight> lights = drawn_lights(change.scene, &change.edits, gpu_scene.sun);
   std::vector<gpu_types::LightRecord> records;
   std::vector<uint32_t> light_at_node(gpu_scene.node_count, FIRE3DV_NO_INDEX);
   for (const scene::PlacedLight& placed : lights) {
-    light_at_node[placed.node] = static_cast<uint32_t>(records.size());
+    if (placed.node != scene::kNone) light_at_node[placed.node] = static_cast<uint32_t>(records.size());
     records.push_back(light_record(placed.light, placed.node));
   }
   change.patches.reserve(device_, gpu_scene.lights, 0, records.size() * sizeof(gpu_types::LightRecord));

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/parallel.h"
+#include "renderer/passes/resources/sun_light.h"
 #include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/model/math.h"
 #include "renderer/scene/model/scene_edits.h"
@@ -346,10 +347,11 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     of_world.primitives = upload_array(device, loader, primitive_records);
 
   std::vector<gpu_types::LightRecord> light_records;
-  const std::vector<scene::PlacedLight> placed_lights = scene::lights_of(scene, nullptr);
+  sun = uses.sun;
+  const std::vector<scene::PlacedLight> placed_lights = drawn_lights(scene, nullptr, sun);
   light_at_node.assign(node_count, FIRE3DV_NO_INDEX);
   for (const scene::PlacedLight& placed : placed_lights) {
-    light_at_node[placed.node] = static_cast<uint32_t>(light_records.size());
+    if (placed.node != scene::kNone) light_at_node[placed.node] = static_cast<uint32_t>(light_records.size());
     light_records.push_back(light_record(placed.light, placed.node));
   }
   std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX);

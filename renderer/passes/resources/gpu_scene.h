@@ -15,6 +15,7 @@
 #include "renderer/passes/resources/scene_parts.h"
 #include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
+#include "renderer/scene/textures/environment_sun.h"
 #include "renderer/state/pose_state.h"
 #include "shaders/shared/types.h"
 
@@ -37,6 +38,7 @@ struct SceneUses {
   bool path_traced = false;    // rays meet blended and transmissive surfaces, too
   bool refracts = false;       // so do ray effects; transmissive surfaces are in the visibility buffer
   bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
+  std::optional<scene::EnvironmentSun> sun;
 };
 
 // Vertices, and the primitives whose spheres enclose them.
@@ -49,7 +51,8 @@ struct VertexBuffers {
 // What all worlds of a scene share: uploaded once, then only edits change it.
 struct SceneGeometry {
   uint32_t node_count = 0;
-  uint32_t light_count = 0, part_count = 0, ray_box_count = 0;
+  uint32_t light_count = 0;  // with the sun
+  uint32_t part_count = 0, ray_box_count = 0;
   uint32_t instance_count = 0;               // of a world's top-level acceleration structure
   uint32_t cluster_instance_count = 0;       // all LODs
   uint32_t lod0_cluster_instance_count = 0;  // LOD 0 only; these come first
@@ -61,7 +64,8 @@ struct SceneGeometry {
   bool has_second_uv = false;   // a texture uses the second set
   uint32_t material_flags = 0;  // of FIRE3DV_MATERIAL_OPTIONAL those that a material has
   bool is_path_traced = false;  // as in SceneUses
-  bool refracts = false;        // as in SceneUses, in a scene with transmissive surfaces
+  std::optional<scene::EnvironmentSun> sun;
+  bool refracts = false;  // as in SceneUses, in a scene with transmissive surfaces
 
   gpu::Buffer uvs, extras;  // in cluster order; extras is null where no vertex has any
   gpu::Buffer indices;      // as in scene::ClusterIndices; null where no pass reads them

@@ -141,8 +141,10 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
     gpu_types::LightShadow shadow{};
     shadow.first_view = static_cast<uint32_t>(plan.views.size());
     shadow.rays = rays_of(light);
-    // A map represents one ray per point; soft shadows use rays only, where available.
-    bool no_map = shadow.rays == 0 || (shadow.rays > 1 && soft_by_rays);
+    // A map represents one ray per point; soft shadows use rays only, where available. The ground below the
+    // scene reads maps alone, so that the sun has one where there are maps.
+    const bool is_of_ground = lights[i].node == scene::kNone && sizes.maps_of_view > 1;
+    bool no_map = shadow.rays == 0 || (shadow.rays > 1 && soft_by_rays && !is_of_ground);
     const uint32_t view_count = no_map ? 0 : cube ? 6 : 1;
     if (shadow.rays > 0 && !count.take(view_count, shadow.rays == 1 ? samples : 0, shadow.rays > 1 ? 1 : 0)) {
       shadow.rays = 0;

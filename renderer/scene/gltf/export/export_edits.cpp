@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr size_t kMaxInstances = size_t{1} << 20;  // as in the loader
+constexpr size_t kMaxInstancesOfExport = size_t{1} << 20;  // as in the loader
 constexpr const char* kLightsExtension = "KHR_lights_punctual";
 constexpr const char* kVisibility = "KHR_node_visibility";
 constexpr const char* kSpecularGlossinessName = "KHR_materials_pbrSpecularGlossiness";
@@ -67,8 +67,9 @@ void GlbExport::map_nodes() {
         instances && !hidden && node.contains("mesh")) {
       const auto accessor = instances->at("attributes").begin()->get<size_t>();
       const auto count = root_["accessors"].at(accessor).at("count").get<size_t>();
-      if (count > kMaxInstances - instance_count)
-        throw std::runtime_error("the file holds more than " + std::to_string(kMaxInstances) + " instances");
+      if (count > kMaxInstancesOfExport - instance_count)
+        throw std::runtime_error("the file holds more than " + std::to_string(kMaxInstancesOfExport) +
+                                 " instances");
       instance_count += count;
       for (size_t i = 0; i < count; ++i) {
         mark_instance(source_of_node_.size());
