@@ -224,6 +224,13 @@ vec3 normal_at(TriangleFrames frames, vec3 b) {
          (1 / FIRE3DV_DIRECTION_STEPS);
 }
 
+// True if all vertex normals are equal.
+bool is_flat(TriangleFrames frames) {
+  const uvec3 xy = uvec3(frames.at[0].normal_xy, frames.at[1].normal_xy, frames.at[2].normal_xy);
+  const uvec3 z = uvec3(frames.at[0].normal_z_tangent_z, frames.at[1].normal_z_tangent_z, frames.at[2].normal_z_tangent_z) & 0xffffu;
+  return xy.x == xy.y && xy.x == xy.z && z.x == z.y && z.x == z.z;
+}
+
 vec4 tangent_at(GlobalsRef globals, VisibleTriangle t, TriangleFrames frames, vec3 b) {
   return tangent_of(frames.at[0], tangent_xy_of(globals, t, 0)) * b.x +
          tangent_of(frames.at[1], tangent_xy_of(globals, t, 1)) * b.y +
@@ -290,8 +297,8 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
     point.uv_dy = uv_at(uv, b_dy);
   }
   point.color = color_at(globals, t, b);
-  const vec3 normal = normal_at(frames, b);
-  point.normal_world = normalize(normal_direction(t.world_from_node, t.node_facts, normal));
+  const vec3 normal = normal_direction(t.world_from_node, t.node_facts, normal_at(frames, b));
+  point.normal_world = normalize(normal);
   point.tangent_world = vec4(0);
   if (kTextures && (flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0) {
     const vec4 tangent = tangent_at(globals, t, frames, b);
@@ -309,6 +316,13 @@ SurfacePoint surface_point(GlobalsRef globals, VisibleTriangle t, vec2 pixel) {
   const bool is_back_face = (t.part.flags & FIRE3DV_PART_DOUBLE_SIDED) != 0 && dot(plane, look) > 0;
   point.plane_normal_world = is_back_face ? -plane : plane;
   if (is_back_face) point.normal_world = -point.normal_world;
+  point.smooth_height_m = 0;
+  if ((flags & FIRE3DV_MATERIAL_PASSES_LIGHT) == 0 && !is_flat(frames)) {
+    vec3 normals[3];
+    for (int i = 0; i < 3; ++i)
+      normals[i] = normal_direction(t.world_from_node, t.node_facts, long_normal(frames.at[i]) * (1 / FIRE3DV_DIRECTION_STEPS));
+    point.smooth_height_m = smooth_height(t.world, normals, b, is_back_face) / length(normal);
+  }
   return point;
 }
 

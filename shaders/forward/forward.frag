@@ -7,6 +7,7 @@
 #include "shading/shading.glsl"
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_mask.glsl"
+#include "shading/shadow_ray.glsl"
 #ifdef FIRE3DV_RAY_QUERY
 #include "shading/light_rays.glsl"
 #include "shading/shadow_rays.glsl"
@@ -35,6 +36,7 @@ layout(location = 5) flat in uint in_material;
 layout(location = 6) in vec3 in_position_center;
 layout(location = 7) in vec4 in_uv_center;
 layout(location = 8) flat in uint in_part_flags;
+layout(location = 9) in vec4 in_tangent_plane;
 
 #ifdef FIRE3DV_DUAL_SOURCE
 layout(location = 0, index = 0) out vec4 out_color;
@@ -62,7 +64,16 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
 #endif
   // Forward-only draws have no shadow mask, but may have shadow maps.
   if (globals.value.light_views == 0) return 1;
-  return map_visibility(globals, shadow, point.position_world, point.plane_normal_world, light);
+  return map_visibility(globals, shadow, map_point(point, light), point.plane_normal_world, light);
+}
+
+// smooth_height() from interpolated tangent planes of the vertices. side: -1 for back faces.
+float smooth_height(GlobalsRef globals, vec3 along_x, vec3 along_y, float side) {
+  const vec3 normal = in_tangent_plane.xyz;
+  const float curvature = side * (dot(dFdxFine(normal), along_x) + dot(dFdyFine(normal), along_y));
+  const float rounding = 2e-6 * length(normal) * (length(along_x) + length(along_y));
+  const float height = side * (in_tangent_plane.w - dot(in_position_center - globals.value.eye_world, normal));
+  return curvature > rounding ? max(height / length(normal), 1e-30) : 0;
 }
 
 void main() {
@@ -90,12 +101,17 @@ void main() {
   vec3 normal = normalize(dot(plane, plane) > 0 ? plane : vertex_normal);
   const vec3 position = FIRE3DV_AT_SAMPLE_POSITION(in_position_world);
   point.position_world = position - normal * dot(normal, position - in_position_center);
-  if (dot(normal, globals.value.eye_world - point.position_world) < 0) normal = -normal;
+  const vec2 ndc = gl_FragCoord.xy / vec2(globals.value.width, globals.value.height) * 2 - 1;
+  const vec3 look = globals.value.world_from_ndc_x * ndc.x + globals.value.world_from_ndc_y * ndc.y +
+                    globals.value.world_from_ndc_origin;
+  if (dot(normal, look) > 0) normal = -normal;
   point.plane_normal_world = normal;
   point.lift_m = 0;
   point.pixel_size_m = min(length(along_x), length(along_y));
   point.normal_world = normalize(vertex_normal);
   if (!gl_FrontFacing) point.normal_world = -point.normal_world;
+  const float height_m = smooth_height(globals, along_x, along_y, gl_FrontFacing ? 1 : -1);
+  point.smooth_height_m = (material.flags & FIRE3DV_MATERIAL_PASSES_LIGHT) == 0 ? height_m : 0;
 
   const vec4 base_color = surface_base_color(material, point);
 #ifdef FIRE3DV_DUAL_SOURCE

@@ -18,6 +18,7 @@ layout(location = 5) flat out uint out_material;
 layout(location = 6) out vec3 out_position_center;
 layout(location = 7) out vec4 out_uv_center;
 layout(location = 8) flat out uint out_part_flags;
+layout(location = 9) out vec4 out_tangent_plane;  // w: distance from the eye, scaled by the normal's length
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
@@ -31,6 +32,7 @@ void main() {
   out_position_world = transform_point(world_from_node, position_node);
   out_position_center = out_position_world;
   out_normal_world = transform_normal(world_from_node, normal_of(frame));
+  out_tangent_plane = vec4(out_normal_world, dot(out_position_world - globals.value.eye_world, out_normal_world));
   out_tangent_world = vec4(transform_direction(world_from_node, tangent.xyz), tangent.w);
   out_uv = vec4(UvRef(globals.value.uvs).at[gl_VertexIndex], uv1_of(extras, gl_VertexIndex));
   out_uv_center = out_uv;

@@ -299,15 +299,15 @@ float returned_by_sheen(Surface s, float cosine) {
 float returned_by_coat(Surface s) { return s.coat * albedo_deviation(s.coat_lobe.roughness) / albedo_deviation(0); }
 
 // Reflected radiance times the cosine, per unit of irradiance perpendicular to the light's direction. sine:
-// of half the angle that the light subtends.
-vec3 reflect_light(Surface s, vec3 to_light, float sine) {
+// of half the angle that the light subtends. is_above: see is_above_surface(); otherwise light is only transmitted.
+vec3 reflect_light(Surface s, vec3 to_light, float sine, bool is_above) {
   const float n_dot_l = dot(s.base.normal, to_light);
   const vec3 h = normalize(to_light + s.to_eye);
   const float grazing = schlick_weight(dot(s.to_eye, h));
   const bool has_sheen = largest(s.sheen_color) > 0;
   vec3 specular = vec3(0), diffuse = vec3(0), sheen = vec3(0);
   const float cosine = abs(n_dot_l);
-  if (n_dot_l > 0) {
+  if (n_dot_l > 0 && is_above) {
     const vec2 split = lobe_split(s.base, to_light, cosine);
     const float loss = max(1 - split.x - split.y, 0);
     const vec3 entering = 1 - body_albedo(s, cosine, split);
@@ -329,7 +329,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
     diffuse = (1 - body_multiple(s)) * s.base.loss * max(1 - split.x - split.y, 0) * s.base.per_mean_loss * s.transmitted;
   }
   vec3 returned = vec3(0);  // below a smooth clearcoat
-  if (has_sheen || s.coat > 0) {
+  if ((has_sheen || s.coat > 0) && (n_dot_l < 0 || is_above)) {
     const vec3 passed_on = n_dot_l > 0 ? mean_fresnel(s) : (1 - body_multiple(s)) * s.transmitted;
     returned = passed_on * s.base.layer_loss * lobe_layer_loss(s.base, to_light, cosine) /
                (PI * lobe_mean_layer_loss(s.base));
@@ -351,7 +351,7 @@ vec3 reflect_light(Surface s, vec3 to_light, float sine) {
     const LayerPass below = passes_layer(s.coat, s.coat_lobe.albedo.r + s.coat_lobe.multiple.r,
                                          interface_albedo(coat, split), coat.mean_albedo, covariance);
     result = cosine * (below.specular * (specular + sheen) + below.diffuse * diffuse + returned_by_coat(s) * returned);
-    if (coat_n_dot_l > 0) {
+    if (coat_n_dot_l > 0 && is_above) {
       result += coat_n_dot_l * s.coat *
                 (microfacets(s.coat_lobe, h, coat_n_dot_l, sine) * mix(coat.f0, coat.f90, grazing) +
                  max(1 - split.x - split.y, 0) * s.coat_lobe.per_mean_loss * s.coat_lobe.multiple);

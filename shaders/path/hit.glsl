@@ -66,7 +66,7 @@ PathVertex path_vertex(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, M
   point.lift_m = 0;
   point.color = vec4(0);
   point.position_world = vec3(0);
-  vec3 corner[3], normal = vec3(0);
+  vec3 corner[3], corner_normal[3], normal = vec3(0);
   vec4 tangent = vec4(0);
   vertex.rounding_m = 0;
   for (int i = 0; i < 3; ++i) {
@@ -76,6 +76,7 @@ PathVertex path_vertex(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, M
     vertex.rounding_m = max(vertex.rounding_m, max(abs(corner[i].x), max(abs(corner[i].y), abs(corner[i].z))));
     const FrameRecord frame = FrameRef(globals.value.frames).at[v];
     normal += b[i] * normal_of(frame);
+    corner_normal[i] = transform_normal(world_from_object, normal_of(frame));
     if (kTextures && (material.flags & FIRE3DV_MATERIAL_NORMAL_MAPPED) != 0)
       tangent += b[i] * tangent_of(frame, tangent_xy_of(tangents, v));
     if (kTextures && (material.flags & FIRE3DV_MATERIAL_TEXTURED) != 0)
@@ -83,7 +84,8 @@ PathVertex path_vertex(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, M
     point.color += b[i] * color_of(extras, v);
   }
   vertex.rounding_m /= 2097152.0;  // 2^21
-  point.normal_world = normalize(transform_normal(world_from_object, normal));
+  const vec3 world_normal = transform_normal(world_from_object, normal);
+  point.normal_world = normalize(world_normal);
   point.tangent_world = vec4(transform_direction(world_from_object, tangent.xyz), tangent.w);
   vec3 plane = cross(corner[1] - corner[0], corner[2] - corner[0]);
   if (is_mirroring(world_from_object)) plane = -plane;
@@ -91,6 +93,9 @@ PathVertex path_vertex(GlobalsRef globals, Hit hit, PrimitiveRecord primitive, M
   vertex.is_back = dot(plane, direction) > 0;
   point.plane_normal_world = vertex.is_back ? -plane : plane;
   if (vertex.is_back) point.normal_world = -point.normal_world;
+  point.smooth_height_m = 0;
+  if ((material.flags & FIRE3DV_MATERIAL_PASSES_LIGHT) == 0)
+    point.smooth_height_m = smooth_height(corner, corner_normal, b, vertex.is_back) / length(world_normal);
   vertex.point = point;
   return vertex;
 }

@@ -132,7 +132,12 @@ struct Step {
   float pdf;  // kFar: all light of this direction comes by sampled directions. 0: the path ends
 };
 
-bool is_behind(PathVertex vertex, vec3 direction) { return dot(vertex.point.plane_normal_world, direction) < 0; }
+bool is_behind(PathVertex vertex, vec3 direction) { return starts_behind(vertex.point, direction); }
+
+vec3 origin_towards(PathVertex vertex, vec3 direction) {
+  return offset_from_surface(vertex.point.position_world, start_side(vertex.point, direction), vertex.point.position_world, 0,
+                             vertex.rounding_m + start_height(vertex.point, direction));
+}
 
 // Scattered radiance per unit of irradiance perpendicular to the direction, and the density of sampling it.
 // seed: random.
@@ -144,7 +149,7 @@ vec3 scatter_light(Scatterer on, PathVertex vertex, vec3 direction, uvec4 seed, 
     if (passes != is_behind(vertex, direction) || (passes && is_smooth(on.boundary))) return vec3(0);
     return walk_boundary(on.boundary, on.surface.to_eye, seed, direction).scattered;
   }
-  const vec3 scattered = reflect_light(on.surface, direction, 0);
+  const vec3 scattered = reflect_light(on.surface, direction, 0, is_above_surface(vertex.point, direction));
   pdf = largest(scattered) > 0 ? pdf_of(on.surface, on.shares, direction) : 0;
   if (kDiffuseTransmission && on.passed_share > 0)
     pdf = mix(pdf, cosine_pdf(-on.surface.base.normal, direction), on.passed_share);
@@ -168,7 +173,6 @@ Step step_through(Boundary boundary, PathVertex vertex, vec3 to_eye, uvec4 seed)
 bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVertex vertex, inout PathState path) {
   const uint lamps = min(globals.value.light_count, FIRE3DV_PATH_LAMPS);
   const bool is_straight = kExtensions && on.is_boundary && abs(on.boundary.ior - 1) < kNoRefraction;
-  const vec3 plane = vertex.point.plane_normal_world;
   Step next = Step(vec3(0), vec3(0), 0);
   // One loop, so that the BRDF occurs once in the code: lamps, the environment, the next direction.
   for (uint i = 0; i < lamps + 2; ++i) {
@@ -220,20 +224,15 @@ bool scatter(GlobalsRef globals, PathParameters parameters, Scatterer on, PathVe
     if (i == lamps) incoming *= light_pdf / (light_pdf + pdf);
     const vec3 contribution = path.throughput * scattered * incoming;
     if (!(largest(contribution) > 0)) continue;
-    const bool is_far_side = is_behind(vertex, direction);
-    const vec3 origin = offset_from_surface(vertex.point.position_world, is_far_side ? -plane : plane,
-                                            vertex.point.position_world, 0, vertex.rounding_m);
-    if (casts_shadow && is_blocked(globals, origin, direction, distance_m, ray_random)) continue;
-    path.radiance += contribution * transmittance(globals, is_far_side ? on.media_behind.x : path.media[0], distance_m);
+    if (casts_shadow && is_blocked(globals, origin_towards(vertex, direction), direction, distance_m, ray_random)) continue;
+    path.radiance += contribution * transmittance(globals, is_behind(vertex, direction) ? on.media_behind.x : path.media[0], distance_m);
   }
   if (!(next.pdf > 0)) return false;
-  const bool passes = is_behind(vertex, next.direction);
-  path.origin_world = offset_from_surface(vertex.point.position_world, passes ? -plane : plane,
-                                          vertex.point.position_world, 0, vertex.rounding_m);
+  path.origin_world = origin_towards(vertex, next.direction);
   path.direction_world = next.direction;
   path.throughput *= next.weight;
   path.pdf = next.pdf;
-  if (passes) set_media(path, on.media_behind);
+  if (is_behind(vertex, next.direction)) set_media(path, on.media_behind);
   return true;
 }
 

@@ -28,7 +28,8 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
     shadow.rays = min(shadow.rays, takes_one_ray ? 1 : push.reflection_rays);  // or as many as rays to hits
   }
   const vec3 origin =
-      offset_from_surface(point.position_world, lit_side(point, light), point.position_world, 0, point.lift_m);
+      offset_from_surface(point.position_world, start_side(point, light.to_light), point.position_world, 0,
+                          point.lift_m + start_height(point, light.to_light));
   return light_that_arrives(globals, shadow, light_index, light, origin, traced_pixel);
 }
 
@@ -61,7 +62,7 @@ vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 
     vec3 reflected = environment;
     if (is_lamp) {
       light = sample_light(globals, i, point.position_world);
-      reflected = reflect_light(surface, light.to_light, light.sine) * light.irradiance;
+      reflected = reflect_light(surface, light.to_light, light.sine, is_above_surface(point, light.to_light)) * light.irradiance;
     } else {
       light = sample_environment(globals, surface, point);
     }

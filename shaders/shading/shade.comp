@@ -63,8 +63,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   return 0;
 #else
   if (shadows_of(globals) == FIRE3DV_SHADOWS_MAP) {
-    const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
-    return map_visibility(globals, shadow, lifted, point.plane_normal_world, light);
+    return map_visibility(globals, shadow, map_point(point, light), point.plane_normal_world, light);
   }
   return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
 #endif

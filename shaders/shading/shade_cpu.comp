@@ -121,8 +121,7 @@ float light_visibility(uint light_index, LightSample light, SurfacePoint point) 
   return 0;
 #else
   if (shadows_of(globals) != FIRE3DV_SHADOWS_MAP) return mask_visibility(globals, shadow, shaded_pixel, findLSB(shaded_samples));
-  const vec3 lifted = point.position_world + point.lift_m * lit_side(point, light);
-  return map_visibility(globals, view_towards(light_index, shadow, light), lifted, point.plane_normal_world, light);
+  return map_visibility(globals, view_towards(light_index, shadow, light), map_point(point, light), point.plane_normal_world, light);
 #endif
 }
 

@@ -16,7 +16,7 @@ vec3 light_of_hit(GlobalsRef globals, Surface surface, SurfacePoint point, vec3 
 #endif
 
 vec3 reflected_of_light(uint index, LightSample light, Surface surface, SurfacePoint point) {
-  const vec3 reflected = reflect_light(surface, light.to_light, light.sine) * light.irradiance;
+  const vec3 reflected = reflect_light(surface, light.to_light, light.sine, is_above_surface(point, light.to_light)) * light.irradiance;
   return largest(reflected) <= 0 ? vec3(0) : reflected * light_visibility(index, light, point);
 }
 

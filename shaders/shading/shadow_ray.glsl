@@ -14,9 +14,13 @@ vec3 offset_from_surface(vec3 position_world, vec3 geometric_normal, vec3 eye_wo
   return position_world + geometric_normal * (rounding + 0.1 * pixel_size_m + lift_m);
 }
 
-vec3 lit_side(SurfacePoint point, LightSample light) {
-  const vec3 normal = point.plane_normal_world;
-  return dot(normal, light.to_light) < 0 ? -normal : normal;
+vec3 start_side(SurfacePoint point, vec3 direction) {
+  return starts_behind(point, direction) ? -point.plane_normal_world : point.plane_normal_world;
+}
+
+// Point that shadow maps without rays test.
+vec3 map_point(SurfacePoint point, LightSample light) {
+  return point.position_world + (point.lift_m + start_height(point, light.to_light)) * start_side(point, light.to_light);
 }
 
 struct ShadowRay {
@@ -24,12 +28,12 @@ struct ShadowRay {
   LightSample light;  // sampled from the origin
 };
 
-// The origin lies on the light's side, so that thin surfaces lit from behind do not shadow themselves. Shadow
-// maps test the same ray that is traced for unresolved pixels.
+// The origin of light that passes a thin surface lies on the light's side, so that the surface does not shadow
+// itself. Shadow maps test the same ray that is traced for unresolved pixels.
 ShadowRay shadow_ray(GlobalsRef globals, SurfacePoint point, LightPose pose, LightSample light) {
-  const vec3 side = lit_side(point, light);
   ShadowRay ray;
-  ray.origin = offset_from_surface(point.position_world, side, globals.value.eye_world, point.pixel_size_m, point.lift_m);
+  ray.origin = offset_from_surface(point.position_world, start_side(point, light.to_light), globals.value.eye_world,
+                                   point.pixel_size_m, point.lift_m + start_height(point, light.to_light));
   ray.light = sample_light(pose, ray.origin);
   return ray;
 }

@@ -11,7 +11,7 @@
 bool is_closed_mesh(GlobalsRef globals, uint part) { return casts_by_back_faces(globals, part); }
 
 bool is_turned_away(SurfacePoint point, LightSample light) {
-  return dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
+  return point.smooth_height_m == 0 && dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
 // A closed mesh's map has its back faces only. A ray from below the triangle's horizon starts inside of the mesh and

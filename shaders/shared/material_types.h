@@ -33,6 +33,9 @@ struct TextureUse {
 #define FIRE3DV_MATERIAL_VOLUME 4096u  // KHR_materials_volume, for paths
 #define FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION 8192u
 #define FIRE3DV_MATERIAL_DISPERSION 16384u  // of a volume
+// Light may arrive from the far side.
+#define FIRE3DV_MATERIAL_PASSES_LIGHT \
+  (FIRE3DV_MATERIAL_TRANSMISSION | FIRE3DV_MATERIAL_VOLUME | FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION)
 // Compiled into the shaders of scenes that have them.
 #define FIRE3DV_MATERIAL_OPTIONAL                                                                       \
   (FIRE3DV_MATERIAL_ANISOTROPY | FIRE3DV_MATERIAL_IRIDESCENCE | FIRE3DV_MATERIAL_DIFFUSE_TRANSMISSION | \
