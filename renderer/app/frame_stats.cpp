@@ -11,15 +11,14 @@ namespace {
 // CSV columns: passes in frame order; 0 if a pass did not run. "tlas wait": time that the graphics queue
 // waited for acceleration structures of the async compute queue.
 constexpr const char* kColumns[] = {
-    "pose sources",  "poses",         "transforms",  "draws",       "deform",
-    "deformed blas", "marker upload", "tlas",        "light views", "clear",
-    "cull",          "raster",        "expand",      "tiles",       "depth pyramid",
-    "late cull",     "late raster",   "late expand", "late tiles",  "coverage merge",
-    "classify",      "shade",         "tlas wait",   "trace",       "shade again",
-    "depth",         "forward",       "markers",     "post",        "fxaa",
-    "labels",        "outputs",       "keep poses",  "debug view",  "pick",
-    "outline",       "stale overlay", "gui",         "lens colors", "lens",
-    "read-back",     "window"};
+    "pose sources",  "poses",          "transforms",    "draws",       "deform",      "deformed blas",
+    "marker upload", "tlas",           "light views",   "clear",       "cull",        "raster",
+    "expand",        "tiles",          "depth pyramid", "late cull",   "late raster", "late expand",
+    "late tiles",    "coverage merge", "classify",      "shade",       "tlas wait",   "trace",
+    "shade again",   "depth",          "forward",       "layers",      "markers",     "post",
+    "fxaa",          "labels",         "outputs",       "keep poses",  "debug view",  "pick",
+    "outline",       "stale overlay",  "gui",           "lens colors", "lens",        "read-back",
+    "window"};
 
 double at_fraction(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;

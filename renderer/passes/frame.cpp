@@ -153,6 +153,7 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
     path_tracer->allocate(uint64_t{request.extent.width} * request.extent.height,
                           request.shows_previous_image);
   if (plan.fxaa_only && settings.draw().post.fxaa && targets.views > 1) post.bind_layers(device, targets);
+  if (plan.forward && any_blended(gpu_scene.draw_list)) allocate_layers(settings, request.extent);
   if (plan.depth_of_field) {
     if (!depth_of_field) depth_of_field = std::make_unique<DepthOfFieldPass>(device, settings.samples());
     depth_of_field->allocate(targets);
@@ -172,6 +173,12 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
       }
     }
   }
+}
+
+void ScenePasses::allocate_layers(const RendererSettings& settings, VkExtent2D extent) {
+  if (!LayerPass::is_supported(device)) return;
+  if (!layers) layers = std::make_unique<LayerPass>(device, shared.layout.get(), settings.samples());
+  layers->allocate(extent);
 }
 
 uint32_t ScenePasses::shadow_mode(const RendererSettings& settings, bool masked) const {
@@ -359,11 +366,36 @@ void Frame::shade() {
 
 void Frame::draw_forward() {
   if (forward_area_.extent.width == 0) return;  // no forward-only draw is in the image
-  passes_.forward.record(
-      recorder_, source_.staging,
-      {source_.gpu_scene, source_.scene, source_.poses_of(source_.views[0]), source_.targets,
-       source_.views[0], globals_[0], source_.settings.draw().background, &passes_.shadows,
-       plan_.compute_shading ? &source_.targets.visibility : nullptr, forward_area_});
+  const bool is_blended = any_blended(source_.gpu_scene.draw_list);
+  const bool in_layers = layers_for(is_blended || (sorts_markers() && passes_.markers.has_blended()));
+  const ForwardPass::Frame frame{source_.gpu_scene,
+                                 source_.scene,
+                                 source_.poses_of(source_.views[0]),
+                                 source_.targets,
+                                 source_.views[0],
+                                 globals_[0],
+                                 source_.settings.draw().background,
+                                 &passes_.shadows,
+                                 plan_.compute_shading ? &source_.targets.visibility : nullptr,
+                                 forward_area_,
+                                 in_layers};
+  passes_.forward.record(recorder_, source_.staging, frame);
+  if (!in_layers) return;
+  const MarkerPass::Frame markers = marker_frame();
+  std::vector<LayerDraws> draws;
+  if (is_blended) draws.push_back(passes_.forward.layer_draws(frame));
+  if (sorts_markers()) {
+    passes_.markers.record(recorder_, markers, {MarkerPass::Layer::opaque});
+    if (passes_.markers.has_blended()) draws.push_back(passes_.markers.layer_draws(markers));
+    has_sorted_markers_ = true;
+  }
+  passes_.layers->record(recorder_, source_.staging, source_.targets, forward_area_, draws);
+}
+
+bool Frame::layers_for(bool is_blended) {
+  // Edits may have changed the plan since prepare().
+  if (is_blended) passes_.allocate_layers(source_.settings, source_.request.extent);
+  return is_blended && passes_.layers;
 }
 
 void Frame::post_process() {
@@ -409,10 +441,21 @@ void Frame::blur() {
                                  circle_of_confusion(view, lens, source_.request.extent));
 }
 
+MarkerPass::Frame Frame::marker_frame() const {
+  return {source_.targets, source_.views[0], globals_[0], forward_area_, source_.staging.has_limit()};
+}
+
 void Frame::draw_markers() {
   if (forward_area_.extent.width == 0) return;
-  passes_.markers.record(recorder_, {source_.targets, source_.views[0], globals_[0], forward_area_,
-                                     source_.staging.has_limit()});
+  using Layer = MarkerPass::Layer;
+  const MarkerPass::Frame frame = marker_frame();
+  if (has_sorted_markers_) return passes_.markers.record(recorder_, frame, {Layer::overlaid});
+  if (!layers_for(passes_.markers.has_blended()))
+    return passes_.markers.record(recorder_, frame, {Layer::opaque, Layer::blended, Layer::overlaid});
+  passes_.markers.record(recorder_, frame, {Layer::opaque});
+  const LayerDraws draws = passes_.markers.layer_draws(frame);
+  passes_.layers->record(recorder_, source_.staging, source_.targets, forward_area_, std::span(&draws, 1));
+  passes_.markers.record(recorder_, frame, {Layer::overlaid});
 }
 
 }  // namespace fire3dv::passes

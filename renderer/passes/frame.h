@@ -12,6 +12,7 @@
 #include "renderer/passes/forward/forward_pass.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/passes/frame_request.h"
+#include "renderer/passes/layers/layer_pass.h"
 #include "renderer/passes/markers/marker_pass.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/path/path_pass.h"
@@ -67,6 +68,8 @@ struct ScenePasses {
   gpu_types::Globals make_globals(const RendererSettings& settings, const GpuScene& gpu_scene,
                                   const Targets& targets, const View& view, bool shadow_mask,
                                   uint32_t map_set) const;
+  // Memory for the layers of an image, where the device can sort fragments.
+  void allocate_layers(const RendererSettings& settings, VkExtent2D extent);
   uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
   void expect_shading(const RendererSettings& settings, const scene::Scene& scene);
 
@@ -79,6 +82,7 @@ struct ScenePasses {
   ShadowPass shadows;
   PostPass post;
   StaleOverlayPass stale_overlay;
+  std::unique_ptr<LayerPass> layers;            // null: no blended draws so far, or not supported
   std::unique_ptr<LightMeterPass> light_meter;  // created on first use, like bloom
   std::unique_ptr<BloomPass> bloom;
   std::unique_ptr<DepthOfFieldPass> depth_of_field;
@@ -135,6 +139,11 @@ class Frame {
  private:
   VkRect2D whole_area() const { return {{0, 0}, source_.request.extent}; }
   InspectedView inspected_view() const;
+  MarkerPass::Frame marker_frame() const;
+  // Markers are layers among blended surfaces; after a lens, which does not blur them, among themselves.
+  bool sorts_markers() const { return plan_.markers && !plan_.depth_of_field; }
+  // Allocates the passes' layers if there are blended draws. False: draws are sorted as wholes.
+  bool layers_for(bool is_blended);
 
   const FrameSource& source_;
   const FramePlan& plan_;
@@ -146,6 +155,7 @@ class Frame {
   ShadowPass::MapSets map_sets_;          // of the shown worlds
   std::vector<uint32_t> map_set_of_;      // by view
   VkRect2D forward_area_{};               // bounds of the forward draws
+  bool has_sorted_markers_ = false;       // draw_forward() has drawn all but the overlaid ones
   VkRect2D hdr_area_{};                   // pixels that the tone-map pass resolves
 };
 

@@ -1,9 +1,14 @@
 // Forward shading of a fragment. The output is linear HDR colour, premultiplied where it is blended.
 // Variants: FIRE3DV_RAY_QUERY traces shadows. FIRE3DV_FORWARD_ONLY draws forward-only surfaces over solid ones.
 // FIRE3DV_DUAL_SOURCE scales the background by a second colour. FIRE3DV_VISIBLE_POSITION evaluates 4 samples at
-// the mean of the visible ones, like the compute path.
+// the mean of the visible ones, like the compute path. FIRE3DV_LAYERS stores the fragment as a layer of its pixel, see
+// layers/layers.glsl.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#ifdef FIRE3DV_LAYERS
+#define FIRE3DV_LAYER_FRAGMENT
+#include "layers/layers.glsl"
+#endif
 #include "shading/shading.glsl"
 #include "shading/shadow_maps.glsl"
 #include "shading/shadow_mask.glsl"
@@ -13,6 +18,17 @@
 #include "shading/shadow_rays.glsl"
 #endif
 
+#if defined(FIRE3DV_LAYERS)
+#extension GL_EXT_post_depth_coverage : require
+layout(early_fragment_tests) in;
+layout(post_depth_coverage) in;
+layout(push_constant, scalar) uniform Push { LayerPush push; };
+layout(location = 9) flat in uint in_first_number;
+layout(location = 10) flat in uint in_instance;
+layout(location = 11) flat in float in_scale;
+#else
+layout(push_constant, scalar) uniform Push { ForwardPush push; };
+#endif
 #ifdef FIRE3DV_VISIBLE_POSITION
 // Depth is complete before this pass, so the post-depth coverage contains the visible samples.
 #extension GL_EXT_post_depth_coverage : require
@@ -23,8 +39,6 @@ layout(post_depth_coverage) in;
 #else
 #define FIRE3DV_AT_SAMPLE_POSITION(value) value
 #endif
-
-layout(push_constant, scalar) uniform Push { ForwardPush push; };
 
 layout(location = 0) centroid in vec3 in_position_world;
 layout(location = 1) centroid in vec3 in_normal_world;
@@ -38,7 +52,8 @@ layout(location = 7) in vec4 in_uv_center;
 layout(location = 8) flat in uint in_part_flags;
 layout(location = 9) in vec4 in_tangent_plane;
 
-#ifdef FIRE3DV_DUAL_SOURCE
+#if defined(FIRE3DV_LAYERS)
+#elif defined(FIRE3DV_DUAL_SOURCE)
 layout(location = 0, index = 0) out vec4 out_color;
 layout(location = 0, index = 1) out vec4 out_behind;
 #else
@@ -75,6 +90,20 @@ float smooth_height(GlobalsRef globals, vec3 along_x, vec3 along_y, float side) 
   const float height = side * (in_tangent_plane.w - dot(in_position_center - globals.value.eye_world, normal));
   return curvature > rounding ? max(height / length(normal), 1e-30) : 0;
 }
+
+#ifdef FIRE3DV_LAYERS
+// Share of light that a volume passes behind its near side: absorbed along its thickness, and reflected at its far side.
+// Without rays the light goes straight on.
+vec3 passed_by_volume(GlobalsRef globals, MaterialRecord material, SurfacePoint point) {
+  const uint needed = FIRE3DV_MATERIAL_VOLUME | FIRE3DV_MATERIAL_TRANSMISSION;
+  if (!gl_FrontFacing || (material.flags & needed) != needed) return vec3(1);
+  const MaterialExtensionRecord extension = MaterialExtensionRef(globals.value.material_extensions).at[material.extension];
+  const float root = (extension.ior - 1) / (extension.ior + 1);
+  const float cosine = clamp(dot(point.normal_world, normalize(globals.value.eye_world - point.position_world)), 0, 1);
+  const float reflected = mix(root * root, 1, pow(1 - cosine, 5));
+  return (1 - reflected) * exp(-extension.absorption_per_m * material.thickness * in_scale);
+}
+#endif
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
@@ -113,8 +142,20 @@ void main() {
   const float height_m = smooth_height(globals, along_x, along_y, gl_FrontFacing ? 1 : -1);
   point.smooth_height_m = (material.flags & FIRE3DV_MATERIAL_PASSES_LIGHT) == 0 ? height_m : 0;
 
+#ifdef FIRE3DV_LAYERS
+  // From here on lanes may diverge.
+  const LayerTarget target = LayerTargetRef(push.target).value;
+  const uint coverage = uint(gl_SampleMaskIn[0]), pixel = layer_pixel(target);
+  const LayerFragment fragment = layer_fragment(target, in_first_number + gl_PrimitiveID, coverage, push.is_flat != 0);
+  if (!is_shaded(target, pixel, fragment.key, push.pass)) return;
+#endif
   const vec4 base_color = surface_base_color(material, point);
-#ifdef FIRE3DV_DUAL_SOURCE
+#if defined(FIRE3DV_LAYERS)
+  vec3 behind;
+  const vec4 light = shade(globals, material, base_color, point, behind);
+  behind *= passed_by_volume(globals, material, point);
+  store_layer(target, pixel, fragment, coverage, push.pass, light.rgb, behind, !is_display_referred, in_instance);
+#elif defined(FIRE3DV_DUAL_SOURCE)
   vec3 behind;
   out_color = shade(globals, material, base_color, point, behind);
   out_behind = vec4(behind, 1 - out_color.a);

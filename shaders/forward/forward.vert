@@ -1,9 +1,18 @@
-// Vertex pulling and transform to world and clip space.
+// Vertex pulling and transform to world and clip space. Variant: FIRE3DV_LAYERS numbers the primitives.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/vertices.glsl"
 
+#ifdef FIRE3DV_LAYERS
+layout(push_constant, scalar) uniform Push { LayerPush push; };
+layout(location = 9) flat out uint out_first_number;
+layout(location = 10) flat out uint out_instance;
+layout(location = 11) flat out float out_scale;  // mean stretch of the node
+uint draw_index() { return gl_InstanceIndex % push.draw_count; }
+#else
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
+uint draw_index() { return gl_InstanceIndex; }
+#endif
 // The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
 bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
@@ -22,7 +31,7 @@ layout(location = 9) out vec4 out_tangent_plane;  // w: distance from the eye, s
 
 void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
-  const DrawRecord draw = DrawRef(globals.value.draws).at[gl_InstanceIndex];
+  const DrawRecord draw = DrawRef(globals.value.draws).at[draw_index()];
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[draw.node];
   const vec3 position_node = PositionRef(globals.value.positions).at[gl_VertexIndex];
   const FrameRecord frame = FrameRef(globals.value.frames).at[gl_VertexIndex];
@@ -39,6 +48,11 @@ void main() {
   out_color = color_of(extras, gl_VertexIndex);
   out_material = PrimitiveRef(globals.value.primitives).at[draw.primitive].material;
   out_part_flags = PartRef(globals.value.parts).at[draw.part].flags;
+#ifdef FIRE3DV_LAYERS
+  out_first_number = draw.first_number + gl_InstanceIndex / push.draw_count * push.piece_triangles;
+  out_instance = draw.part;
+  out_scale = pow(abs(dot(world_from_node.row0.xyz, cross(world_from_node.row1.xyz, world_from_node.row2.xyz))), 1.0 / 3);
+#endif
   gl_PointSize = 1;
   gl_Position = globals.value.clip_from_world * vec4(out_position_world, 1);
   if (is_ended()) gl_Position = vec4(2, 2, 2, 1);  // outside of the view

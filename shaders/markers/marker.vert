@@ -1,5 +1,6 @@
 // Vertices of markers, generated from one position, rotation, size and colour per element. Flat shapes (points,
 // lines, axes) face the viewer and take their vertices by index; solids take one instance per element.
+// FIRE3DV_LAYERS numbers the triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
@@ -12,6 +13,10 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile 
 bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Ref { vec4 at[]; };
 
+#ifdef FIRE3DV_LAYERS
+#include "layers/layers.glsl"
+layout(location = 2) flat out uint out_number;  // of the triangle
+#endif
 layout(location = 0) out vec4 out_color;  // linear, display-referred, straight alpha
 layout(location = 1) out vec2 out_disc;   // points: of length 1 at the edge of the disc; texts, images: texel
 
@@ -184,7 +189,13 @@ void main() {
   GlobalsRef globals = GlobalsRef(push.globals);
   out_color = vec4(1);
   out_disc = vec2(0);
-  if (is_ended()) {
+#ifdef FIRE3DV_LAYERS
+  out_number = push.first_number + gl_InstanceIndex * push.triangles + gl_VertexIndex / 3;
+  const bool has_work = LayerWorkRef(LayerTargetRef(push.target).value.work).at[push.pass].draw_count != 0;
+#else
+  const bool has_work = true;
+#endif
+  if (is_ended() || !has_work) {
     drop();
     return;
   }

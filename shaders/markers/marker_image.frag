@@ -2,11 +2,9 @@
 // the mean of several samples of the pixel's footprint. Interpolates in linear light, premultiplied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "common/buffers.glsl"
+#include "markers/marker_output.glsl"
 
-layout(push_constant, scalar) uniform Push { MarkerPush push; };
 layout(location = 1) in vec2 in_texel;
-layout(location = 0) out vec4 out_color;
 
 const int kMaxTaps = 4;  // along each axis of the footprint
 
@@ -29,9 +27,11 @@ vec4 bilinear(vec2 texel) {
 }
 
 void main() {
+  const bool is_shown = begin_marker(15);
   // Near the horizon of a large quad, extrapolated coordinates may be infinite.
   vec2 along = dFdx(in_texel), down = dFdy(in_texel);
-  if (any(isnan(in_texel)) || any(isinf(in_texel))) discard;
+  const bool is_finite = !any(isnan(in_texel)) && !any(isinf(in_texel));
+  const vec2 middle = is_finite ? in_texel : vec2(0);
   if (any(isnan(along)) || any(isinf(along))) along = vec2(0);
   if (any(isnan(down)) || any(isinf(down))) down = vec2(0);
   const int columns = int(clamp(ceil(length(along) - 0.01), 1, float(kMaxTaps)));
@@ -39,7 +39,7 @@ void main() {
   vec4 sum = vec4(0);
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column)
-      sum += bilinear(in_texel + along * ((column + 0.5) / columns - 0.5) + down * ((row + 0.5) / rows - 0.5));
-  out_color = sum / (rows * columns);
-  if (out_color.a <= 0) discard;
+      sum += bilinear(middle + along * ((column + 0.5) / columns - 0.5) + down * ((row + 0.5) / rows - 0.5));
+  if (!is_shown) discard;  // fragments without colour draw it, since a layer may wait for it
+  draw_marker(is_finite ? sum / (rows * columns) : vec4(0));
 }

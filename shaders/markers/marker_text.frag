@@ -2,13 +2,11 @@
 // outline, by the signed distance field in the atlas.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "common/buffers.glsl"
+#include "markers/marker_output.glsl"
 #include "shared/glyph_types.h"
 
-layout(push_constant, scalar) uniform Push { MarkerPush push; };
 layout(location = 0) in vec4 in_color;
 layout(location = 1) in vec2 in_texel;
-layout(location = 0) out vec4 out_color;
 
 float value_at(ivec2 texel) {
   const uint index = uint(texel.y) * FIRE3DV_GLYPH_ATLAS_WIDTH + uint(texel.x);
@@ -16,6 +14,7 @@ float value_at(ivec2 texel) {
 }
 
 void main() {
+  const bool is_shown = begin_marker(15);
   // Texts are upright and not distorted.
   const float texels_per_pixel = max(length(dFdx(in_texel)), 1e-6);
   // Samples at the edge of a rectangle may lie outside.
@@ -27,6 +26,6 @@ void main() {
                           mix(value_at(low + ivec2(0, 1)), value_at(low + ivec2(1, 1)), share.x), share.y);
   const float inside_texels = (value - FIRE3DV_GLYPH_ON_EDGE) / FIRE3DV_GLYPH_VALUES_PER_TEXEL;
   const float alpha = in_color.a * clamp(inside_texels / texels_per_pixel + 0.5, 0, 1);
-  if (alpha <= 0) discard;
-  out_color = vec4(in_color.rgb * alpha, alpha);
+  if (!is_shown) discard;  // fragments without colour draw it, since a layer may wait for it
+  draw_marker(vec4(in_color.rgb * alpha, alpha));
 }

@@ -96,6 +96,7 @@ struct DrawRecord {
   uint node;
   uint primitive;
   uint part;
+  uint first_number;  // numbers of its triangles, lines or points in the scene, consecutive
 };
 
 FIRE3DV_SHARED_END

@@ -29,12 +29,16 @@ struct MarkerPush {
   FIRE3DV_ADDRESS rotations;  // vec4[], quaternions; 0: none
   FIRE3DV_ADDRESS sizes;      // vec3[]; 0: none
   FIRE3DV_ADDRESS colors;     // uint[], sRGB and alpha; 0: white
+  FIRE3DV_ADDRESS target;     // LayerTarget, like the members behind `rings` for layers alone
   AffineRows world_from_marker;
   float width;  // pixels, or world lengths with FIRE3DV_MARKER_WIDTH_IN_LENGTHS
   uint kind;
   uint flags;
   uint segments;  // of round shapes, around z; of images the width in pixels
   uint rings;     // of spheres and of both halves of capsules, even; of images the height in pixels
+  uint pass;
+  uint first_number;  // of the triangles; see FIRE3DV_LAYER_NUMBER_BITS
+  uint triangles;     // of an instance
 };
 
 FIRE3DV_SHARED_END

@@ -50,8 +50,9 @@ struct MaterialRecord {
   float occlusion_strength;
   float alpha_cutoff;
   uint flags;
-  uint extension;  // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX: core glTF only
-  uint padding0, padding1;
+  uint extension;   // into MaterialExtensionRecord[]; FIRE3DV_NO_INDEX: core glTF only
+  float thickness;  // of KHR_materials_volume, in the mesh's unit; 0: none
+  uint padding;
   TextureUse base_color_texture;
   TextureUse metallic_roughness_texture;
   TextureUse normal_texture;

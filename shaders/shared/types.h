@@ -6,6 +6,7 @@
 #include "geometry_types.h"
 #include "image_types.h"
 #include "inspect_types.h"
+#include "layer_types.h"
 #include "light_types.h"
 #include "marker_types.h"
 #include "material_types.h"

@@ -159,6 +159,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.multisample_storage = features.core.features.shaderStorageImageMultisample;
   report.visible_coverage = features.has_visible_coverage();
   report.dual_source_blend = features.core.features.dualSrcBlend;
+  report.sorted_fragments = features.has_sorted_fragments();
 
   uint32_t family_count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, nullptr);

@@ -32,6 +32,7 @@ struct DeviceReport {
   bool dual_source_blend = false;
   bool multisample_storage = false;  // shaders can write multisampled images
   bool visible_coverage = false;     // a fragment shader can read the coverage after the depth test
+  bool sorted_fragments = false;     // blended fragments can be sorted by depth in a buffer
   uint32_t max_samples = 1;
 
   bool usable() const { return missing.empty(); }

@@ -83,6 +83,8 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
   core.features.samplerAnisotropy = had.samplerAnisotropy;
   core.features.shaderStorageImageMultisample = had.shaderStorageImageMultisample;
   core.features.sampleRateShading = had.sampleRateShading;
+  core.features.fragmentStoresAndAtomics = had.fragmentStoresAndAtomics;
+  core.features.geometryShader = had.geometryShader;  // for the number of a primitive in fragment shaders
   if (memory_budget) extensions.push_back(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
   if (post_depth_coverage) extensions.push_back(VK_EXT_POST_DEPTH_COVERAGE_EXTENSION_NAME);
   core.features.dualSrcBlend = had.dualSrcBlend;
@@ -102,6 +104,7 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::enable_chain(std::vector<const char*>
   vulkan12.descriptorBindingVariableDescriptorCount = VK_TRUE;
   vulkan12.shaderSampledImageArrayNonUniformIndexing = VK_TRUE;
   vulkan12.shaderBufferInt64Atomics = had12.shaderBufferInt64Atomics;
+  vulkan12.drawIndirectCount = had12.drawIndirectCount;
 
   vulkan13 = {vulkan13.sType, vulkan13.pNext};
   vulkan13.dynamicRendering = VK_TRUE;

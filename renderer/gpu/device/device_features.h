@@ -30,6 +30,11 @@ struct DeviceFeatures {
   VkPhysicalDeviceFeatures2* query_chain(VkPhysicalDevice device);
   std::vector<std::string> missing_required() const;
   bool has_visible_coverage() const { return post_depth_coverage && core.features.sampleRateShading; }
+  // Fragments can be sorted by depth in a buffer; see docs/design/transparency.md.
+  bool has_sorted_fragments() const {
+    return has_visible_coverage() && core.features.fragmentStoresAndAtomics && core.features.geometryShader &&
+           vulkan12.shaderBufferInt64Atomics && vulkan12.drawIndirectCount;
+  }
   bool has_ray_query() const { return acceleration.accelerationStructure && ray_query.rayQuery; }
   bool has_ray_tracing_pipeline() const {
     return acceleration.accelerationStructure && ray_pipeline.rayTracingPipeline &&

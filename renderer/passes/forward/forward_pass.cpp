@@ -64,24 +64,26 @@ std::vector<VkDrawIndexedIndirectCommand> sorted_blend_commands(const GpuScene& 
   return commands;
 }
 
-// Splits draws at the limit of a batch; returns the number of draws of each batch.
+// Splits draws at the limit of a batch; returns the number of draws of each batch. first_instance_step: added
+// to firstInstance for each further piece of a draw.
 std::vector<VkDrawIndexedIndirectCommand> split_into_batches(
     std::span<const VkDrawIndexedIndirectCommand> commands, uint32_t max_indices,
-    std::vector<uint32_t>& batches) {
+    uint32_t first_instance_step, std::vector<uint32_t>& batches) {
   std::vector<VkDrawIndexedIndirectCommand> split;
   batches.assign(1, 0);
-  uint32_t left = max_indices;
+  uint32_t used = 0;
   for (VkDrawIndexedIndirectCommand rest : commands) {
     while (rest.indexCount > 0) {
-      if (left == 0) {
-        batches.push_back(0);
-        left = max_indices;
-      }
       VkDrawIndexedIndirectCommand& piece = split.emplace_back(rest);
-      piece.indexCount = std::min(rest.indexCount, left);
+      piece.indexCount = std::min(rest.indexCount, max_indices);
+      if (used + piece.indexCount > max_indices) {
+        batches.push_back(0);
+        used = 0;
+      }
       ++batches.back();
-      left -= piece.indexCount;
+      used += piece.indexCount;
       rest.firstIndex += piece.indexCount;
+      rest.firstInstance += first_instance_step;
       rest.indexCount -= piece.indexCount;
     }
   }
@@ -155,7 +157,7 @@ bool ForwardPass::knows_visible_samples() const {
 }
 
 const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags) {
-  if (stage == Stage::depth) material_flags = 0;
+  if (stage == Stage::depth || stage == Stage::layer_keys) material_flags = 0;
   gpu::Pipeline& known = pipelines_[{bin.topology, bin.alpha_mode, stage, material_flags}];
   if (known) return known;
   const bool visible_places = knows_visible_samples();
@@ -171,6 +173,18 @@ const gpu::Pipeline& ForwardPass::pipeline(const DrawBin& bin, Stage stage, uint
     if (bin.alpha_mode == scene::AlphaMode::mask) {
       info.fragment_shader = visible_places ? "depth_mask_4.frag" : "depth_mask.frag";
     }
+  } else if (stage == Stage::layer_keys) {
+    info.vertex_shader = "forward_layers.vert";
+    info.fragment_shader = "layer_keys.frag";
+    info.depth_write = false;
+  } else if (stage == Stage::layer_light) {
+    info.vertex_shader = "forward_layers.vert";
+    info.depth_write = false;
+    fragment_shader = "forward_layers";
+    if (device_.ray_query()) fragment_shader += gpu::traces_to_boxes(device_) ? "_ray_boxes" : "_ray";
+    fragment_shader += ".frag";
+    info.fragment_shader = fragment_shader;
+    info.fragment_constants = constants;
   } else {
     info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
     info.depth_write = false;
@@ -217,8 +231,9 @@ std::vector<ForwardPass::BinCommands> ForwardPass::bin_commands(gpu::StagingRing
           sorted_blend_commands(frame.scene, frame.source, frame.poses, bin, frame.view.eye_world);
       std::vector<uint32_t> batches{static_cast<uint32_t>(sorted.size())};
       const bool in_batches = staging.has_limit() && bin.topology == scene::Topology::triangles;
+      const uint32_t step = frame.in_layers ? static_cast<uint32_t>(frame.scene.draw_list.draws.size()) : 0;
       const std::vector<VkDrawIndexedIndirectCommand> commands =
-          in_batches ? split_into_batches(sorted, 3 * triangles_per_batch(frame.area.extent), batches)
+          in_batches ? split_into_batches(sorted, 3 * triangles_per_batch(frame.area.extent), step, batches)
                      : sorted;
       const gpu::StagingRing::Piece piece =
           staging.write(std::span<const VkDrawIndexedIndirectCommand>(commands));
@@ -268,7 +283,8 @@ void ForwardPass::begin(VkCommandBuffer commands, const Frame& frame, Stage stag
 void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Frame& frame) {
   GpuScene& scene = frame.scene;
   upload_commands(recorder, staging, scene);
-  const std::vector<BinCommands> of_bins = bin_commands(staging, frame);
+  bin_commands_ = bin_commands(staging, frame);
+  const std::vector<BinCommands>& of_bins = bin_commands_;
   std::vector<Use> depth_uses{Use(commands_, kIndirectRead), Use(scene.indices, kIndexRead),
                               Use(scene.draws, access::draw_read),
                               Use(frame.targets.depth, access::depth_target, true)};
@@ -300,9 +316,60 @@ void ForwardPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, con
       vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       draw_fullscreen(commands, background_);
     }
-    draw_bins(commands, frame, Stage::color, true, of_bins);
+    if (!frame.in_layers) draw_bins(commands, frame, Stage::color, true, of_bins);
     vkCmdEndRendering(commands);
   });
+}
+
+LayerDraws ForwardPass::layer_draws(const Frame& frame) {
+  LayerDraws draws;
+  draws.uses = {Use(frame.scene.indices, kIndexRead), Use(frame.scene.draws, access::draw_read)};
+  frame.scene.add_reads(draws.uses, access::draw_read);
+  if (device_.ray_query()) draws.uses.emplace_back(frame.scene.top_level.storage(), access::draw_trace);
+  if (frame.shadows) frame.shadows->add_reads(draws.uses, access::draw_read);
+  draws.record = [this, &frame](VkCommandBuffer commands, const LayerStep& step) {
+    draw_layers(commands, frame, step);
+  };
+  return draws;
+}
+
+void ForwardPass::draw_layers(VkCommandBuffer commands, const Frame& frame, const LayerStep& step) {
+  const VkDescriptorSet set = frame.scene.textures.set();
+  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &set, 0, nullptr);
+  vkCmdBindIndexBuffer(commands, frame.scene.indices.get(), 0, VK_INDEX_TYPE_UINT32);
+  const Stage stage = step.stage == LayerStep::Stage::keys ? Stage::layer_keys : Stage::layer_light;
+  gpu_types::LayerPush push{};
+  push.globals = frame.globals;
+  push.target = step.target;
+  push.pass = step.pass;
+  push.draw_count = static_cast<uint32_t>(frame.scene.draw_list.draws.size());
+  push.piece_triangles = triangles_per_batch(frame.area.extent);
+  const std::vector<DrawBin>& bins = frame.scene.draw_list.bins;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    const DrawBin& bin = bins[b];
+    if (!bin.blended()) continue;
+    push.is_flat = bin.topology != scene::Topology::triangles;
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS,
+                      pipeline(bin, stage, frame.scene.material_flags).get());
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdSetCullMode(commands, bin.double_sided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT);
+    vkCmdSetFrontFace(commands, bin.mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
+    uint32_t done = 0, end = 0;
+    for (size_t batch = 0; batch < bin_commands_[b].batches.size(); ++batch) {
+      if (batch > 0) {
+        end_batch(commands);
+        vkCmdBeginRendering(commands, &step.rendering);
+      }
+      end += bin_commands_[b].batches[batch];
+      for (uint32_t count = 0; done < end; done += count) {
+        count = std::min({end - done, device_.limits().maxDrawIndirectCount, FIRE3DV_LAYER_DRAWS});
+        vkCmdDrawIndexedIndirectCount(commands, bin_commands_[b].buffer,
+                                      bin_commands_[b].offset + done * sizeof(VkDrawIndexedIndirectCommand),
+                                      step.draw_count, step.draw_count_offset, count,
+                                      sizeof(VkDrawIndexedIndirectCommand));
+      }
+    }
+  }
 }
 
 void ForwardPass::draw_visible_depth(VkCommandBuffer commands, const Frame& frame) {
@@ -347,6 +414,16 @@ void ForwardPass::draw_bin(VkCommandBuffer commands, const DrawBin& bin, const B
       begin(commands, frame, Stage::color, true);
     }
     end += bin_commands.batches[batch];
+    // Without layers, the far side of a double-sided body is drawn before the near one.
+    const bool in_sides = bin.blended() && bin.double_sided && bin.topology == scene::Topology::triangles;
+    for (; in_sides && done < end; ++done) {
+      for (const VkCullModeFlagBits culled : {VK_CULL_MODE_FRONT_BIT, VK_CULL_MODE_BACK_BIT}) {
+        vkCmdSetCullMode(commands, culled);
+        vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,
+                                 bin_commands.offset + done * sizeof(VkDrawIndexedIndirectCommand), 1,
+                                 sizeof(VkDrawIndexedIndirectCommand));
+      }
+    }
     while (done < end) {  // a device may limit the draws of one command
       const uint32_t count = std::min(end - done, device_.limits().maxDrawIndirectCount);
       vkCmdDrawIndexedIndirect(commands, bin_commands.buffer,

@@ -10,6 +10,7 @@
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/layers/layer_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
@@ -35,8 +36,11 @@ class ForwardPass {
     ClusterTarget* visibility = nullptr;  // non-null: draws only forward-only surfaces over this buffer's
                                           // image, whose colour is already in the target
     VkRect2D area;                        // scissor in the image
+    bool in_layers = false;               // leaves blended surfaces to layer_draws()
   };
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Frame& frame);
+  // Blended surfaces of the frame that record() got last; valid while that lives.
+  LayerDraws layer_draws(const Frame& frame);
   void invalidate() { commands_revision_ = UINT64_MAX; }
 
  private:
@@ -45,7 +49,7 @@ class ForwardPass {
     VkDeviceSize offset;
     std::vector<uint32_t> batches;  // number of commands of each
   };
-  enum class Stage : uint8_t { depth, color };
+  enum class Stage : uint8_t { depth, color, layer_keys, layer_light };
   bool knows_visible_samples() const;  // shading is evaluated at the mean of a pixel's visible samples
   // material_flags: as in GpuScene.
   const gpu::Pipeline& pipeline(const DrawBin& bin, Stage stage, uint32_t material_flags);
@@ -55,6 +59,7 @@ class ForwardPass {
                  const std::vector<BinCommands>& bin_commands);
   void draw_bin(VkCommandBuffer commands, const DrawBin& bin, const BinCommands& bin_commands,
                 const Frame& frame) const;
+  void draw_layers(VkCommandBuffer commands, const Frame& frame, const LayerStep& step);
   void draw_visible_depth(VkCommandBuffer commands, const Frame& frame);
   void upload_commands(gpu::Recorder& recorder, gpu::StagingRing& staging, const GpuScene& scene);
 
@@ -64,6 +69,7 @@ class ForwardPass {
   std::map<std::tuple<scene::Topology, scene::AlphaMode, Stage, uint32_t>, gpu::Pipeline>
       pipelines_;  // created on first use
   gpu::Pipeline background_, visible_depth_;
+  std::vector<BinCommands> bin_commands_;    // of the last record()
   gpu::Buffer commands_;                     // VkDrawIndexedIndirectCommand[], one per draw of the list
   uint64_t commands_revision_ = UINT64_MAX;  // draw list revision of commands_
 };

@@ -357,22 +357,31 @@ void MarkerPass::select(std::span<const state::ShownMarker> markers, const View&
                {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
 }
 
-const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
-  gpu::Pipeline& known = pipelines_[kShapeCount * static_cast<size_t>(layer) + static_cast<size_t>(shape)];
+const gpu::Pipeline& MarkerPass::pipeline(Stage stage, Shape shape) {
+  gpu::Pipeline& known = pipelines_[kShapeCount * static_cast<size_t>(stage) + static_cast<size_t>(shape)];
   if (known) return known;
+  const bool is_keys = stage == Stage::layer_keys;
+  const bool in_layers = is_keys || stage == Stage::layer_light;
+  std::string fragment_shader = shape == Shape::plain               ? "marker"
+                                : shape == Shape::glyph             ? "marker_text"
+                                : shape == Shape::image             ? "marker_image"
+                                : samples_ == VK_SAMPLE_COUNT_4_BIT ? "marker_disc_4"
+                                                                    : "marker_disc";
+  // Keys of glyphs and images are those of their rectangles.
+  if (is_keys && shape != Shape::disc) fragment_shader = "marker";
+  if (in_layers) fragment_shader += is_keys ? "_layers_keys" : "_layers";
+  fragment_shader += ".frag";
   gpu::GraphicsPipelineInfo info;
-  info.vertex_shader = "marker.vert";
-  info.fragment_shader = shape == Shape::plain               ? "marker.frag"
-                         : shape == Shape::glyph             ? "marker_text.frag"
-                         : shape == Shape::image             ? "marker_image.frag"
-                         : samples_ == VK_SAMPLE_COUNT_4_BIT ? "marker_disc_4.frag"
-                                                             : "marker_disc.frag";
+  info.vertex_shader = in_layers ? "marker_layers.vert" : "marker.vert";
+  info.fragment_shader = fragment_shader;
   info.samples = samples_;
-  info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
-  info.blend = true;
-  info.is_display_referred = true;
-  info.depth_write = layer == Layer::opaque;
-  if (layer == Layer::overlaid) info.depth_compare = VK_COMPARE_OP_ALWAYS;
+  if (!in_layers) {
+    info.color_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    info.blend = true;
+    info.is_display_referred = true;
+  }
+  info.depth_write = stage == Stage::opaque;
+  if (stage == Stage::overlaid) info.depth_compare = VK_COMPARE_OP_ALWAYS;
   known = gpu::create_graphics_pipeline(device_, layout_, info);
   return known;
 }
@@ -380,14 +389,13 @@ const gpu::Pipeline& MarkerPass::pipeline(Layer layer, Shape shape) {
 // Draws of one image, in batches where it has a time limit.
 class MarkerPass::Batches {
  public:
+  // Within rendering.
   Batches(VkCommandBuffer commands, const VkRenderingInfo& rendering, bool in_batches)
       : commands_(commands),
         rendering_(rendering),
         in_batches_(in_batches),
         most_(triangles_per_batch(rendering.renderArea.extent)),
-        left_(most_) {
-    vkCmdBeginRendering(commands, &rendering);
-  }
+        left_(most_) {}
 
   VkCommandBuffer commands() const { return commands_; }
 
@@ -427,28 +435,61 @@ class MarkerPass::Batches {
   uint32_t left_;
 };
 
-void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
-  if (selected_.empty()) return;
-  std::vector<Selected> opaque, blended, overlaid;
-  for (const Selected& entry : selected_) {
-    auto& layer = (entry.shown->marker->flags & wire::kMarkerOverlaid) != 0 ? overlaid
-                  : entry.uploaded->is_opaque                               ? opaque
-                                                                            : blended;
-    layer.push_back(entry);
-  }
-  // Back to front.
+MarkerPass::Layer MarkerPass::layer_of(const Selected& entry) {
+  if ((entry.shown->marker->flags & wire::kMarkerOverlaid) != 0) return Layer::overlaid;
+  return entry.uploaded->is_opaque ? Layer::opaque : Layer::blended;
+}
+
+bool MarkerPass::has_blended() const {
+  return std::any_of(selected_.begin(), selected_.end(),
+                     [](const Selected& entry) { return layer_of(entry) == Layer::blended; });
+}
+
+std::vector<MarkerPass::Selected> MarkerPass::sorted(Layer layer, const View& view) const {
+  std::vector<Selected> entries;
+  for (const Selected& entry : selected_)
+    if (layer_of(entry) == layer) entries.push_back(entry);
+  if (layer == Layer::opaque) return entries;
   const auto distance = [&](const auto& entry) {
     const scene::Box& box = entry.uploaded->box;
     const glm::vec4 center(0.5f * (box.low + box.high), 1);
-    const glm::vec3 offset = glm::vec3(entry.shown->world_from_marker * center) - frame.view.eye_world;
+    const glm::vec3 offset = glm::vec3(entry.shown->world_from_marker * center) - view.eye_world;
     return glm::dot(offset, offset);
   };
-  const auto is_behind = [&](const auto& a, const auto& b) { return distance(a) > distance(b); };
-  std::stable_sort(blended.begin(), blended.end(), is_behind);
-  std::stable_sort(overlaid.begin(), overlaid.end(), is_behind);
-  std::vector<Use> uses{Use(elements_, access::draw_read), Use(frame.targets.depth, access::depth_target),
-                        Use(frame.targets.hdr, access::color_target)};
+  std::stable_sort(entries.begin(), entries.end(),
+                   [&](const auto& a, const auto& b) { return distance(a) > distance(b); });
+  return entries;
+}
+
+std::vector<Use> MarkerPass::draw_uses() {
+  std::vector<Use> uses{Use(elements_, access::draw_read)};
   if (atlas_texels_) uses.push_back(Use(atlas_texels_, access::draw_read));
+  return uses;
+}
+
+LayerDraws MarkerPass::layer_draws(const Frame& frame) {
+  LayerDraws draws;
+  draws.uses = draw_uses();
+  draws.record = [this, &frame, entries = sorted(Layer::blended, frame.view)](VkCommandBuffer commands,
+                                                                              const LayerStep& step) {
+    Batches batches(commands, step.rendering, frame.in_batches);
+    const Stage stage = step.stage == LayerStep::Stage::keys ? Stage::layer_keys : Stage::layer_light;
+    // Behind those of the scene's primitives, unless these are many millions.
+    uint32_t number = 1u << (FIRE3DV_LAYER_NUMBER_BITS - 1);
+    for (const Selected& entry : entries) number = draw(batches, entry, stage, frame, &step, number);
+  };
+  return draws;
+}
+
+void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame, std::initializer_list<Layer> layers) {
+  std::vector<std::pair<Stage, Selected>> drawn;
+  for (const Layer layer : layers)
+    for (const Selected& entry : sorted(layer, frame.view))
+      drawn.emplace_back(static_cast<Stage>(layer), entry);
+  if (drawn.empty()) return;
+  std::vector<Use> uses = draw_uses();
+  uses.emplace_back(frame.targets.depth, access::depth_target);
+  uses.emplace_back(frame.targets.hdr, access::color_target);
   recorder.pass("markers", uses, [&](VkCommandBuffer commands) {
     VkRenderingAttachmentInfo color{VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO};
     color.imageView = frame.targets.hdr.view.get();
@@ -466,22 +507,23 @@ void MarkerPass::record(gpu::Recorder& recorder, const Frame& frame) {
     rendering.colorAttachmentCount = 1;
     rendering.pColorAttachments = &color;
     rendering.pDepthAttachment = &depth;
+    vkCmdBeginRendering(commands, &rendering);
     Batches batches(commands, rendering, frame.in_batches);
     const VkExtent2D extent = frame.targets.extent;
     const VkViewport viewport{0, 0, static_cast<float>(extent.width), static_cast<float>(extent.height),
                               0, 1};
     vkCmdSetViewport(commands, 0, 1, &viewport);
     vkCmdSetScissor(commands, 0, 1, &rendering.renderArea);
-    for (const auto& [shown, uploaded] : opaque) draw(batches, *shown, *uploaded, Layer::opaque, frame);
-    for (const auto& [shown, uploaded] : blended) draw(batches, *shown, *uploaded, Layer::blended, frame);
-    for (const auto& [shown, uploaded] : overlaid) draw(batches, *shown, *uploaded, Layer::overlaid, frame);
+    for (const auto& [stage, entry] : drawn) draw(batches, entry, stage, frame);
     vkCmdEndRendering(commands);
   });
 }
 
-void MarkerPass::draw(Batches& batches, const state::ShownMarker& shown, const UploadedMarker& uploaded,
-                      Layer layer, const Frame& frame) {
+uint32_t MarkerPass::draw(Batches& batches, const Selected& entry, Stage stage, const Frame& frame,
+                          const LayerStep* step, uint32_t first_number) {
   const VkCommandBuffer commands = batches.commands();
+  const state::ShownMarker& shown = *entry.shown;
+  const UploadedMarker& uploaded = *entry.uploaded;
   const Marker& marker = *shown.marker;
   const glm::mat4& world_from_marker = shown.world_from_marker;
   gpu_types::MarkerPush push{};
@@ -509,7 +551,7 @@ void MarkerPass::draw(Batches& batches, const state::ShownMarker& shown, const U
   const bool is_text = marker.kind == MarkerKind::texts;
   auto [vertices, instances] = counts_of(marker);
   if (is_text) {
-    if (uploaded.glyphs == 0) return;
+    if (uploaded.glyphs == 0) return first_number;
     vertices = 6 * uploaded.glyphs;
     instances = 1;
     push.rotations = elements_.address + uploaded.rotations;
@@ -524,11 +566,18 @@ void MarkerPass::draw(Batches& batches, const state::ShownMarker& shown, const U
                       : is_image                          ? Shape::image
                       : marker.kind == MarkerKind::points ? Shape::disc
                                                           : Shape::plain;
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(layer, shape).get());
+  if (step) {
+    push.target = step->target;
+    push.pass = step->pass;
+    push.first_number = first_number;
+    push.triangles = vertices / 3;
+  }
+  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline(stage, shape).get());
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
   vkCmdSetCullMode(commands, is_closed(marker.kind) ? VK_CULL_MODE_BACK_BIT : VK_CULL_MODE_NONE);
   vkCmdSetFrontFace(commands, is_mirrored ? VK_FRONT_FACE_CLOCKWISE : VK_FRONT_FACE_COUNTER_CLOCKWISE);
   batches.draw(vertices, instances);
+  return first_number + instances * (vertices / 3);
 }
 
 }  // namespace fire3dv::passes

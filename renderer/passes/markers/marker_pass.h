@@ -1,12 +1,14 @@
-// Marker pass: draws markers of streams into the multisampled HDR colour, after blended surfaces and with
-// their depth. One buffer holds the arrays of all markers as they came; vertices are generated in the vertex
-// shader. Colours are display-referred: neither exposure nor tone mapping change them.
+// Marker pass: draws markers of streams into the multisampled HDR colour, with the depth of surfaces; blended
+// ones as layers among blended surfaces. One buffer holds the arrays of all markers as they came; vertices
+// are generated in the vertex shader. Colours are display-referred: neither exposure nor tone mapping change
+// them.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <unordered_map>
@@ -15,6 +17,7 @@
 #include "renderer/gpu/device/vk.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
+#include "renderer/passes/layers/layer_pass.h"
 #include "renderer/passes/markers/text_layout.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/view/view.h"
@@ -50,8 +53,12 @@ class MarkerPass {
     VkRect2D area;            // scissor in the image
     bool in_batches = false;  // see draw_batches.h
   };
-  // Draws the selected markers.
-  void record(gpu::Recorder& recorder, const Frame& frame);
+  enum class Layer : uint8_t { opaque, blended, overlaid };
+  bool has_blended() const;  // of the selected ones
+  // Draws the selected markers of some layers.
+  void record(gpu::Recorder& recorder, const Frame& frame, std::initializer_list<Layer> layers);
+  // The blended ones among other blended draws; valid while frame lives.
+  LayerDraws layer_draws(const Frame& frame);
 
   // Number of bytes uploaded so far, for tests and measurements.
   uint64_t uploaded_bytes() const { return uploaded_bytes_; }
@@ -72,7 +79,9 @@ class MarkerPass {
     const state::ShownMarker* shown;
     const UploadedMarker* uploaded;
   };
-  enum class Layer : uint8_t { opaque, blended, overlaid };
+  // How they are drawn: layers of the same names, and the two times of LayerPass.
+  enum class Stage : uint8_t { opaque, blended, overlaid, layer_keys, layer_light };
+  static constexpr size_t kStageCount = 5;
   enum class Shape : uint8_t { plain, disc, glyph, image };
   static constexpr size_t kShapeCount = 4;
   // Arrays as the shader reads them: those of the marker, glyphs of texts, texels of images.
@@ -92,16 +101,22 @@ class MarkerPass {
              std::vector<VkBufferCopy>& copies, std::vector<VkBuffer>& sources);
   bool grow(VkDeviceSize bytes);
   bool upload_atlas(gpu::Recorder& recorder, gpu::StagingRing& staging);
-  const gpu::Pipeline& pipeline(Layer layer, Shape shape);
+  static Layer layer_of(const Selected& entry);
+  // Back to front.
+  std::vector<Selected> sorted(Layer layer, const View& view) const;
+  std::vector<gpu::Use> draw_uses();
+  const gpu::Pipeline& pipeline(Stage stage, Shape shape);
   class Batches;
-  void draw(Batches& batches, const state::ShownMarker& shown, const UploadedMarker& uploaded, Layer layer,
-            const Frame& frame);
+  // first_number: of the triangles; returns that of the next draw.
+  uint32_t draw(Batches& batches, const Selected& entry, Stage stage, const Frame& frame,
+                const LayerStep* step = nullptr, uint32_t first_number = 0);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
   VkSampleCountFlagBits samples_;
-  std::array<gpu::Pipeline, 3 * kShapeCount> pipelines_;  // by layer and shape; created on first use
-  std::unique_ptr<GlyphAtlas> atlas_;                     // created for the first text
+  std::array<gpu::Pipeline, kStageCount * kShapeCount>
+      pipelines_;                      // by stage and shape; created on first use
+  std::unique_ptr<GlyphAtlas> atlas_;  // created for the first text
   gpu::Buffer atlas_texels_;
   VkDeviceSize atlas_capacity_ = 0;
   uint64_t atlas_revision_ = 0;  // of the uploaded texels

@@ -104,11 +104,14 @@ std::vector<gpu_types::PrimitiveRecord> make_primitive_records(const scene::Scen
 
 std::vector<gpu_types::DrawRecord> draw_records(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::DrawRecord> records;
+  uint32_t first_number = 0;  // wraps around
   for (const Draw& draw : gpu_scene.draw_list.draws) {
     const uint32_t first_primitive = scene.meshes[scene.nodes[draw.node].mesh].first_primitive;
-    records.push_back({transform_index_of(scene, draw.node),
-                       gpu_scene.primitive_at(draw.node, draw.primitive),
-                       gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive});
+    records.push_back(
+        {transform_index_of(scene, draw.node), gpu_scene.primitive_at(draw.node, draw.primitive),
+         gpu_scene.first_part_of_node[draw.node] + draw.primitive - first_primitive, first_number});
+    // Lines and points have fewer indices each: not all numbers are used.
+    first_number += gpu_scene.geometry_of(draw).index_count;
   }
   return records;
 }

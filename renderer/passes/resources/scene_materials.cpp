@@ -142,6 +142,7 @@ gpu_types::MaterialRecord material_record(const scene::Material& material, const
                  (material.alpha_mode == scene::AlphaMode::blend ? FIRE3DV_MATERIAL_BLEND : 0);
   record.flags |= extension_flags(material) | texture_flags(material);
   record.extension = FIRE3DV_NO_INDEX;
+  record.thickness = material.thickness;
   record.base_color_texture = texture_use(material.base_color_texture, textures);
   record.metallic_roughness_texture = texture_use(material.metallic_roughness_texture, textures);
   record.normal_texture = texture_use(material.normal_texture, textures);

@@ -173,6 +173,10 @@ DrawList DrawList::collect(const scene::Scene& scene, const std::vector<bool>& m
   return list;
 }
 
+bool any_blended(const DrawList& list) {
+  return std::any_of(list.bins.begin(), list.bins.end(), [](const DrawBin& bin) { return bin.blended(); });
+}
+
 scene::AlphaMode drawn_alpha_mode(const scene::Material& material, bool refracts) {
   return refracts ? material.alpha_mode : scene::drawn_alpha_mode(material);
 }

@@ -52,6 +52,8 @@ struct DrawList {
                           const std::vector<bool>& hidden = {}, bool refracts = false);
 };
 
+bool any_blended(const DrawList& list);
+
 // A planar primitive instance.
 struct PlanarCaster {
   uint32_t part;

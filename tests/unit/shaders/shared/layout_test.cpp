@@ -114,6 +114,7 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(DeformRecord, first_weight);
   EXPECT_SAME_OFFSET(DeformGroup, first_vertex);
   EXPECT_SAME_OFFSET(DrawRecord, primitive);
+  EXPECT_SAME_OFFSET(DrawRecord, first_number);
   EXPECT_SAME_OFFSET(LightRecord, range_m);
   EXPECT_SAME_OFFSET(LightRecord, cone_offset);
   EXPECT_SAME_OFFSET(LightRecord, angular_radius_rad);
@@ -131,6 +132,11 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(EnvironmentPush, lod);
   EXPECT_SAME_OFFSET(ForwardPush, globals);
   EXPECT_SAME_OFFSET(PostPush, width);
+  EXPECT_SAME_OFFSET(LayerPush, piece_triangles);
+  EXPECT_SAME_OFFSET(LayerTarget, sample_count);
+  EXPECT_SAME_OFFSET(LayerRecord, instance);
+  EXPECT_SAME_OFFSET(LayerSample, behind);
+  EXPECT_SAME_OFFSET(LayerWork, groups_x);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
   EXPECT_SAME_OFFSET(BloomLightPush, exposure);
   EXPECT_SAME_OFFSET(LightMeterPush, samples);
