@@ -23,9 +23,9 @@
 layout(early_fragment_tests) in;
 layout(post_depth_coverage) in;
 layout(push_constant, scalar) uniform Push { LayerPush push; };
-layout(location = 9) flat in uint in_first_number;
-layout(location = 10) flat in uint in_instance;
-layout(location = 11) flat in float in_scale;
+layout(location = 10) flat in uint in_first_number;
+layout(location = 11) flat in uint in_instance;
+layout(location = 12) flat in float in_scale;
 #else
 layout(push_constant, scalar) uniform Push { ForwardPush push; };
 #endif

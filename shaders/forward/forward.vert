@@ -5,9 +5,9 @@
 
 #ifdef FIRE3DV_LAYERS
 layout(push_constant, scalar) uniform Push { LayerPush push; };
-layout(location = 9) flat out uint out_first_number;
-layout(location = 10) flat out uint out_instance;
-layout(location = 11) flat out float out_scale;  // mean stretch of the node
+layout(location = 10) flat out uint out_first_number;
+layout(location = 11) flat out uint out_instance;
+layout(location = 12) flat out float out_scale;  // mean stretch of the node
 uint draw_index() { return gl_InstanceIndex % push.draw_count; }
 #else
 layout(push_constant, scalar) uniform Push { ForwardPush push; };

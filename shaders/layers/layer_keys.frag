@@ -8,7 +8,7 @@
 layout(early_fragment_tests) in;
 layout(post_depth_coverage) in;
 layout(push_constant, scalar) uniform Push { LayerPush push; };
-layout(location = 9) flat in uint in_first_number;
+layout(location = 10) flat in uint in_first_number;
 
 void main() {
   const LayerTarget target = LayerTargetRef(push.target).value;
