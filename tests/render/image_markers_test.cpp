@@ -182,7 +182,8 @@ TEST_P(ImageMarkers, CullingKeepsVisibleMarkers) {
       if (bench_.renderer().counts().markers == 0) {
         ++culled;
         ASSERT_EQ(image.rgba8, empty.rgba8);
-        ASSERT_EQ(draw(with_element_in_view(marker)).rgba8, empty.rgba8) << wire::marker_kind_name(kind) << i;
+        ASSERT_LE(largest_difference(draw(with_element_in_view(marker)), empty), 1)
+            << wire::marker_kind_name(kind) << i;
       } else if (image.rgba8 != empty.rgba8) {
         ++seen;
       }

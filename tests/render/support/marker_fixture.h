@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -26,6 +28,15 @@ inline scene::Scene block() {
                     at({0.6f, 0, -2.5f}));
   builder.light_node(sun({1, 1, 1}, 2), shining_towards({0, 0, -1}));
   return builder.build();
+}
+
+// Largest difference of a channel from the column first_x on. Samples of pixels around forward-only draws are
+// rounded to halves before they are tone-mapped: 1 is possible there.
+inline int largest_difference(const sinks::FrameImage& a, const sinks::FrameImage& b, uint32_t first_x = 0) {
+  int largest = 0;
+  for (size_t i = 0; i < a.rgba8.size(); ++i)
+    if (i / 4 % kExtent.width >= first_x) largest = std::max(largest, std::abs(a.rgba8[i] - b.rgba8[i]));
+  return largest;
 }
 
 class MarkerTest : public ValidationIsSilent, public testing::WithParamInterface<settings::RasterPath> {
