@@ -17,9 +17,18 @@ void copy_each(std::vector<T>& values, std::span<const uint32_t> copied) {
   values = std::move(copies);
 }
 
+bool is_identity(std::span<const uint32_t> copied, size_t count) {
+  if (copied.size() != count) return false;
+  for (size_t v = 0; v < count; ++v)
+    if (copied[v] != v) return false;
+  return true;
+}
+
 }  // namespace
 
 void copy_vertices(Vertices& vertices, std::span<const uint32_t> copied) {
+  // Triangles without shared vertices: copies would double the memory of a large mesh.
+  if (is_identity(copied, vertices.positions.size())) return;
   copy_each(vertices.positions, copied);
   copy_each(vertices.attributes, copied);
   if (vertices.source.empty()) {

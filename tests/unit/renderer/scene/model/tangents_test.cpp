@@ -293,6 +293,23 @@ TEST(SceneTangents, OfTrianglesWithoutNormals) {
   expect_frames(list);
 }
 
+// Copies would double the memory of a large mesh while it is loaded.
+TEST(SceneVertices, TrianglesWithoutSharedVerticesAreNotCopied) {
+  Vertices vertices;
+  vertices.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  vertices.attributes.resize(vertices.positions.size());
+  const glm::vec3* const before = vertices.positions.data();
+  std::vector<uint32_t> indices = {0, 1, 2, 3, 4, 5};
+  make_flat(vertices, indices);
+  EXPECT_EQ(vertices.positions.data(), before);
+  EXPECT_TRUE(vertices.source.empty()) << "identity";
+  EXPECT_EQ(vertices.attributes[0].normal, glm::vec3(0, 0, 1));
+  EXPECT_EQ(vertices.attributes[5].normal, glm::vec3(1, 0, 0));
+  indices = {0, 1, 2, 0, 2, 5};
+  make_flat(vertices, indices);
+  EXPECT_EQ(vertices.source, (std::vector<uint32_t>{0, 1, 2, 0, 2, 5}));
+}
+
 TEST(SceneTangents, TangentsAreOnDemand) {
   const auto load = [](const char* normal_texture, bool with_normals, bool with_tangents) {
     test::GltfBuilder builder;
