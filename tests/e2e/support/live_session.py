@@ -78,7 +78,7 @@ class Session(LiveRenderer):
 
 def image_after(page, number):
     """Waits until an image of full quality, later than this one, is on the canvas; returns its number."""
-    image = "JSON.parse(document.getElementById('canvas').dataset.image ?? '{}')"
+    image = "JSON.parse(document.getElementById('canvas')?.dataset.image ?? '{}')"
     return page.wait(f"a refined image after {number}", f"(() => {{ const i = {image}; return i.refined && i.number > {number} && i.number; }})()")
 
 
