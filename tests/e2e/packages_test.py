@@ -210,6 +210,9 @@ def check_wheel(work, wheel):
     assert said.split() == [version, version, inside, f"{package}/__init__.py", f"{package}/bin/fire3dv", "(24,", "32,", "4)",
                             "True"], said
     said = run(sys.executable, "-m", "fire3dv", "demo", "--out", "demo", "--size", "64x36", cwd=work, PYTHONPATH=folder)
+    refused = subprocess.run([sys.executable, "-m", "fire3dv", "demo", "--seconds", "0"], text=True, capture_output=True, check=False,
+                             env={**CLEAN, "PYTHONPATH": folder})
+    assert refused.returncode == 2 and "1 to 9999" in refused.stderr, refused
     assert "16 images of the moving arm" in said and len(glob.glob(os.path.join(work, "demo", "frame_*.png"))) == 16, said
 
 

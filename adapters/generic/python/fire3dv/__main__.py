@@ -27,18 +27,26 @@ def _uri(folder: str) -> str:
 
 
 def _run(renderer: List[str], simulator: List[str], folder: str) -> int:
-    """Runs both to the renderer's end. Returns its exit status."""
-    variables = environment()
-    with open(os.path.join(folder, "bullet_arm.log"), "w", encoding="utf-8") as log:
+    """Runs both to the renderer's end, or until the simulator fails. Returns the exit status."""
+    variables, log_file = environment(), os.path.join(folder, "bullet_arm.log")
+    with open(log_file, "w", encoding="utf-8") as log:
         arm = subprocess.Popen([path_of("bullet_arm"), *simulator], env=variables, stdout=log, stderr=subprocess.STDOUT,
                                stdin=subprocess.DEVNULL)
-        try:
-            return subprocess.run([path_of("fire3dv"), *renderer], env=variables, check=False).returncode
-        except KeyboardInterrupt:
-            return 130
-        finally:
-            arm.terminate()
-            arm.wait()
+    image = subprocess.Popen([path_of("fire3dv"), *renderer], env=variables)
+    try:
+        while image.poll() is None:
+            if arm.poll():  # the renderer would wait for it
+                with open(log_file, encoding="utf-8", errors="replace") as log:
+                    print(f"fire3dv demo: error: the simulator failed:\n{log.read().strip()}", file=sys.stderr)
+                return 1
+            time.sleep(0.05)
+        return image.returncode
+    except KeyboardInterrupt:
+        return 130
+    finally:
+        for process in (arm, image):
+            process.terminate()
+            process.wait()
 
 
 def _window(scene: str, folder: str) -> int:
@@ -69,6 +77,8 @@ def demo(arguments: Sequence[str]) -> int:
     parser.add_argument("--seconds", type=int, default=1, metavar="N", help="simulated seconds of the images (default 1)")
     parser.add_argument("--size", default="640x360", metavar="WxH", help="of the images (default 640x360)")
     options = parser.parse_args(arguments)
+    if not 1 <= options.seconds <= 9999:
+        parser.error(f"--seconds is a whole number from 1 to 9999, not {options.seconds}")
     has_display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     with tempfile.TemporaryDirectory(prefix="fire3dv-demo-") as folder:
         scene = os.path.join(folder, "arm.glb")
