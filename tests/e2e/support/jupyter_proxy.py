@@ -8,6 +8,8 @@ import re
 import socket
 import threading
 
+from reverse_proxy import LocalProxy
+
 MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
 
@@ -27,25 +29,12 @@ def fields_of(lines):
     return {name.strip().lower(): value.strip() for name, _, value in (line.partition(":") for line in lines[1:])}
 
 
-class JupyterProxy:
+class JupyterProxy(LocalProxy):
     PATH = re.compile(r"^(/user/[^/]+/proxy/(\d+))(/.*)$")
 
     def __init__(self):
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self.listener.getsockname()[1]
         self.errors = []
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def close(self):
-        self.listener.close()
-
-    def _accept(self):
-        while True:
-            try:
-                client, _ = self.listener.accept()
-            except OSError:
-                return
-            threading.Thread(target=self._serve, args=(client,), daemon=True).start()
+        super().__init__()
 
     def _serve(self, client):
         try:

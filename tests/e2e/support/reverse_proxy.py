@@ -5,16 +5,10 @@ import ssl
 import threading
 
 
-class ReverseProxy:
-    """Serves https://NAME:port/sim1/ for any NAME from `upstream`, "HOST:PORT"."""
+class LocalProxy:
+    """Listens on this machine; a subclass serves each connection in _serve(connection), in a thread."""
 
-    PATH = "/sim1"
-
-    def __init__(self, certificate, key):
-        self.upstream = None
-        self.passes_host, self.passes_upgrade, self.strips_path = False, True, True
-        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-        self.context.load_cert_chain(certificate, key)
+    def __init__(self):
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
@@ -29,6 +23,19 @@ class ReverseProxy:
             except OSError:
                 return
             threading.Thread(target=self._serve, args=(client,), daemon=True).start()
+
+
+class ReverseProxy(LocalProxy):
+    """Serves https://NAME:port/sim1/ for any NAME from `upstream`, "HOST:PORT"."""
+
+    PATH = "/sim1"
+
+    def __init__(self, certificate, key):
+        self.upstream = None
+        self.passes_host, self.passes_upgrade, self.strips_path = False, True, True
+        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        self.context.load_cert_chain(certificate, key)
+        super().__init__()
 
     def _serve(self, plain):
         try:
