@@ -14,8 +14,8 @@ bool is_turned_away(SurfacePoint point, LightSample light) {
   return point.smooth_height_m == 0 && dot(point.plane_normal_world, light.to_light) < -0.02 - light.sine;
 }
 
-// A closed mesh's map has its back faces only. A ray from below the triangle's horizon starts inside of the mesh and
-// leaves it through a front face, so that such a map cannot tell light for certain.
+// A closed mesh's map has its back faces only. A ray from below the triangle's horizon starts at or below the
+// mesh's surface and may leave it through a front face, so that such a map cannot tell light for certain.
 uint without_front_faces(uint shadow_state, bool body, SurfacePoint point, LightSample light) {
   const bool starts_inside = body && dot(point.plane_normal_world, light.to_light) < 0;
   return shadow_state == kLit && starts_inside ? kUnresolved : shadow_state;
