@@ -20,7 +20,8 @@ def list_devices(test):
     check(result.returncode == 0 and result.stderr == "", f"{result}")
     lines = result.stdout.splitlines()
     check(len(lines) == 1 and re.match(r"0: llvmpipe .*\(software, .*Vulkan 1\.[3-9]", lines[0])
-          and re.search(WITHIN, lines[0]), f"--list-devices says:\n{result.stdout}")
+          and re.search(WITHIN, lines[0]) and re.search(r"; uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$", lines[0]),
+          f"--list-devices says:\n{result.stdout}")
 
 
 def chosen(*arguments):

@@ -34,7 +34,8 @@ int list_devices(const gpu::Instance& instance) {
         Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU" +
               gpu::describe_driver_files([](const char* name) { return std::getenv(name); })});
   }
-  for (const gpu::DeviceReport& report : reports) std::printf("%s\n", gpu::describe(report).c_str());
+  for (const gpu::DeviceReport& report : reports)
+    std::printf("%s; %s\n", gpu::describe(report).c_str(), gpu::describe_identity(report).c_str());
   return 0;
 }
 

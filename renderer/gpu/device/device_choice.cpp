@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
@@ -38,7 +39,8 @@ std::string join(const std::vector<std::string>& parts) {
 
 std::string listing(const std::vector<DeviceReport>& reports) {
   std::string text;
-  for (const DeviceReport& report : reports) text += "\n  " + describe(report);
+  for (const DeviceReport& report : reports)
+    text += "\n  " + describe(report) + "; " + describe_identity(report);
   return text;
 }
 
@@ -87,6 +89,13 @@ std::string mesa_update(std::span<const DeviceReport> reports) {
   return "";
 }
 
+std::string pci_address_text(const VkPhysicalDevicePCIBusInfoPropertiesEXT& pci) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%04x:%02x:%02x.%x", pci.pciDomain, pci.pciBus, pci.pciDevice,
+                pci.pciFunction);
+  return text;
+}
+
 // Preference among device types; a lower value is better.
 int rank(DeviceType type) {
   switch (type) {
@@ -122,9 +131,24 @@ const char* type_name(DeviceType type) {
   return "other";
 }
 
+std::string uuid_text(std::span<const uint8_t, VK_UUID_SIZE> uuid) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (size_t i = 0; i < uuid.size(); ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    text += kDigits[uuid[i] >> 4];
+    text += kDigits[uuid[i] & 15];
+  }
+  return text;
+}
+
 DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
-  VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+  VkPhysicalDevicePCIBusInfoPropertiesEXT pci{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PCI_BUS_INFO_PROPERTIES_EXT};
+  VkPhysicalDeviceIDProperties id{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
+  VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, &id};
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &driver};
+  const bool has_pci = has_extension(device_extensions(device), VK_EXT_PCI_BUS_INFO_EXTENSION_NAME);
+  if (has_pci) id.pNext = &pci;
   vkGetPhysicalDeviceProperties2(device, &properties);
 
   DeviceReport report;
@@ -134,6 +158,8 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   report.type = device_type(properties.properties);
   report.api_version = properties.properties.apiVersion;
   report.vendor_id = properties.properties.vendorID;
+  report.uuid = uuid_text(id.deviceUUID);
+  if (has_pci) report.pci_address = pci_address_text(pci);
   const VkSampleCountFlags samples = properties.properties.limits.framebufferColorSampleCounts &
                                      properties.properties.limits.framebufferDepthSampleCounts;
   for (uint32_t count : {2u, 4u, 8u, 16u}) {
@@ -196,6 +222,10 @@ std::string describe(const DeviceReport& report) {
   text += "; gives: " + join(gives);
   if (!lacks.empty()) text += "; lacks: " + join(lacks);
   return text;
+}
+
+std::string describe_identity(const DeviceReport& report) {
+  return "uuid:" + report.uuid + (report.pci_address.empty() ? "" : " pci:" + report.pci_address);
 }
 
 std::vector<uint32_t> graphics_vendors_present(const std::filesystem::path& pci_devices) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,9 @@ struct DeviceReport {
   std::string driver;  // name and version
   DeviceType type = DeviceType::other;
   uint32_t api_version = 0;
-  uint32_t vendor_id = 0;            // PCI
+  uint32_t vendor_id = 0;   // PCI
+  std::string uuid;         // VkPhysicalDeviceIDProperties::deviceUUID as 8-4-4-4-12 hexadecimal digits
+  std::string pci_address;  // DDDD:BB:DD.F; empty: no PCI device, or a driver that does not say
   std::vector<std::string> missing;  // missing required features; empty: usable
   // optional features
   bool ray_query = false;
@@ -43,8 +46,12 @@ std::vector<DeviceReport> report_devices(VkInstance instance);
 
 const char* type_name(DeviceType type);
 
-// One line for --list-devices: index, name, type, driver and missing features.
+// One line: index, name, type, driver and missing features.
 std::string describe(const DeviceReport& report);
+// UUID and PCI address, as --device takes them: "uuid:... pci:...".
+std::string describe_identity(const DeviceReport& report);
+// The form of DeviceReport::uuid.
+std::string uuid_text(std::span<const uint8_t, VK_UUID_SIZE> uuid);
 
 struct DeviceChoice {
   uint32_t index = 0;

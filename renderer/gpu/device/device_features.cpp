@@ -7,11 +7,6 @@
 namespace fire3dv::gpu {
 namespace {
 
-bool has_extension(const std::vector<VkExtensionProperties>& extensions, const char* name) {
-  return std::any_of(extensions.begin(), extensions.end(),
-                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
-}
-
 struct RequiredFeature {
   const char* name;
   VkBool32 present;
@@ -19,12 +14,21 @@ struct RequiredFeature {
 
 }  // namespace
 
-VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) {
+std::vector<VkExtensionProperties> device_extensions(VkPhysicalDevice device) {
   uint32_t count = 0;
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> extensions(count);
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+  return extensions;
+}
 
+bool has_extension(const std::vector<VkExtensionProperties>& extensions, const char* name) {
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
+}
+
+VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) {
+  const std::vector<VkExtensionProperties> extensions = device_extensions(device);
   core.pNext = &vulkan11;
   vulkan11.pNext = &vulkan12;
   vulkan12.pNext = &vulkan13;

@@ -9,6 +9,9 @@
 
 namespace fire3dv::gpu {
 
+std::vector<VkExtensionProperties> device_extensions(VkPhysicalDevice device);
+bool has_extension(const std::vector<VkExtensionProperties>& extensions, const char* name);
+
 struct DeviceFeatures {
   VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
   VkPhysicalDeviceVulkan11Features vulkan11{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES};
