@@ -16,7 +16,7 @@ if(EXISTS /etc/os-release)
   string(REGEX REPLACE "^(.*;)?ID=\"?([a-z]+).*" "\\2" distribution_id "${release}")
   string(REPLACE "debian" "deb" distribution "${distribution_id}${distribution_version}")
 endif()
-# Before a release, the commit's time is a part, too: apt installs a newer build over an older one. 0.1.0~git... < 0.1.0.
+# Before a release, the commit's time is a part, too: apt installs a newer build over an older one. 1.2.3~git... < 1.2.3.
 set(snapshot)
 if(EXISTS ${PROJECT_SOURCE_DIR}/.git)
   foreach(variable_and_arguments "release_tag;tag;--points-at;HEAD;--list;v${PROJECT_VERSION}"

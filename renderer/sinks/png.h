@@ -1,6 +1,6 @@
 // PNG codec with provenance metadata. Each image that FIRE-3DV writes has these text chunks:
 //
-//   Software     "FIRE-3DV 0.1.0"
+//   Software     "FIRE-3DV", version of the renderer
 //   Camera       camera name; absent if the image has none
 //   Frame        index of the image in its run of the renderer, from 0
 //   Renderer     "path" for path-traced images, with SamplesPerPixel, Bounces and Seed; absent for raster

@@ -99,7 +99,7 @@ typedef struct fire3dv_status {
                               that times out says why */
 } fire3dv_status;
 
-/* Returns the library version, "0.1.0". Static storage. */
+/* Returns the library version, "MAJOR.MINOR.PATCH". Static storage. */
 FIRE3DV_API const char* fire3dv_version(void);
 
 /* Opens a link: "shm://NAME", "tcp://HOST:PORT", "tls://HOST:PORT" or "udp://HOST:PORT". A udp:// HOST may be

@@ -4,5 +4,5 @@ The programs of the package fire3dv find it by themselves and use it where no GP
 """
 import os
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 DRIVER_FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib", "lvp_icd.json")

@@ -36,7 +36,7 @@ from .status import LightKind, MarkerKind, Property, Status, Welcome
 from .stream import FRAME_DISCONTINUITY, Stream, version
 
 #: Of this package; version() is that of the C library.
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 VISIBLE, BASE_COLOR, LIGHT, CAMERA, NODE, VERTICES, MARKER = Property
 DIRECTIONAL, POINT, SPOT = LightKind

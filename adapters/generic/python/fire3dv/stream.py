@@ -34,7 +34,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def version() -> str:
-    """Returns the version of the C library, such as "0.1.0"."""
+    """Returns the version of the C library, "MAJOR.MINOR.PATCH"."""
     return library().fire3dv_version().decode()
 
 
