@@ -43,6 +43,11 @@ if [ -z "$build" ]; then
 fi
 [ -e "$build/CPackConfig.cmake" ] || die "$build is not configured for packages: they need Debian or Ubuntu and the renderer"
 
+# Dates in packages are the commit's, modes do not depend on the user: a build gives the same bytes each time.
+umask 022
+SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || true)}
+[ -z "$SOURCE_DATE_EPOCH" ] || export SOURCE_DATE_EPOCH
+
 mkdir -p "$output"
 output=$(realpath "$output")
 staging=$(mktemp -d)

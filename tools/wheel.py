@@ -19,6 +19,7 @@ import sys
 import sysconfig
 import tempfile
 
+from packaging_tools import archive
 from packaging_tools.elf import GLIBC, Carrier, glibc_minor, needed, run
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -106,6 +107,9 @@ def copy_programs(build, package):
 def pip_wheel(source, output, **environment):
     run(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index", "--no-deps",
         "--no-build-isolation", "--wheel-dir", output, source, env={**os.environ, **environment})
+    if "SOURCE_DATE_EPOCH" in os.environ:  # the same bytes for the same contents
+        for wheel in glob.glob(os.path.join(output, "*.whl")):
+            archive.normalise(wheel, int(os.environ["SOURCE_DATE_EPOCH"]))
 
 
 def copy_tree(name, target):
