@@ -14,6 +14,7 @@
 #include "programs/drake/options.h"
 #include "programs/drake/render/request_pipeline.h"
 #include "renderer/app/start.h"
+#include "renderer/gpu/selection/required_gpu.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/scene/textures/environment.h"
 
@@ -33,6 +34,12 @@ int fail(const Error& error) {
 }
 
 int run(const Options& options) {
+  if (options.drawing.require_gpu) {
+    if (Result<void> found = gpu::check_required_gpu(options.drawing.device); !found) {
+      fail(found.error());
+      return gpu::kNoGpuExitStatus;
+    }
+  }
   Result<std::shared_ptr<const scene::EnvironmentImage>> environment =
       app::load_environment(options.drawing.environment);
   if (!environment) return fail(environment.error());

@@ -50,7 +50,9 @@ void add_server_options(CLI::App& app, Options& options, Texts& texts) {
 
 void add_device_options(CLI::App& app, app::Options& drawing) {
   OptionGroup group(app, "Device");
-  group.add("--device", drawing.device, "INDEX|NAME", "Vulkan device");
+  group.add("--device", drawing.device, "DEVICE",
+            "Vulkan device: index, name, cuda:N, uuid:HEX, pci:ADDRESS");
+  group.add_flag("--require-gpu", drawing.require_gpu, "exit with status 3 rather than draw on the CPU");
   group.add("--cache", drawing.cache, "WHERE", "start-up cache of pipelines: auto, off or a folder");
   group.add_flag("--validation,!--no-validation", drawing.validation,
                  "Vulkan validation; a finding is an error (off: --no-...)");

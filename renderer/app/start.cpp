@@ -8,6 +8,7 @@
 #include "base/process/failure.h"
 #include "base/text.h"
 #include "protocol/robot/robot_file.h"
+#include "renderer/gpu/selection/device_choice.h"
 #include "renderer/loading/scene_load.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -19,8 +20,7 @@ namespace fire3dv::app {
 Result<std::unique_ptr<gpu::Device>> open_device(gpu::Instance& instance, const Options& options,
                                                  gpu::DeviceReport* report) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
-  Result<gpu::DeviceChoice> choice =
-      gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
+  Result<gpu::DeviceChoice> choice = gpu::choose_device(reports, options.device, gpu::host_facts());
   if (!choice) return choice.error();
   for (const std::string& note : choice->notes) log_message(warning("device: " + note));
   log_message("device " + gpu::describe(reports[choice->index]));
@@ -39,7 +39,7 @@ Result<OpenDevices> open_devices(gpu::Instance& instance, const Options& options
   }
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
   Result<std::vector<gpu::DeviceChoice>> choices =
-      gpu::choose_devices(reports, options.devices, gpu::graphics_vendors_present());
+      gpu::choose_devices(reports, options.devices, gpu::host_facts());
   if (!choices) return choices.error();
   for (const gpu::DeviceChoice& choice : *choices) {
     for (const std::string& note : choice.notes) log_message(warning("device: " + note));

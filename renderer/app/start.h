@@ -51,8 +51,8 @@ struct Playing {
 // Nothing without the option.
 Result<std::optional<Playing>> open_animations(const Options& options, const scene::Scene& scene);
 
-// Main function of the renderer after option parsing (run/run.cpp). Returns the exit code: 0, or 1 after a
-// printed error.
+// Main function of the renderer after option parsing (run/run.cpp). Returns the exit code: 0, or after a
+// printed error 1, or kNoGpuExitStatus.
 int run(const Options& options);
 
 }  // namespace fire3dv::app

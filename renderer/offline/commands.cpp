@@ -32,7 +32,7 @@ constexpr std::array kFlags{"--resume", "--full-chroma", "--help", "-h"};
 // Renderer options that do not affect pixels, or that the manifest stores otherwise.
 constexpr std::array kNeutralWithValue{"--cache", "--device",      "--async-compute",
                                        "--size",  "--environment", "--checkpoint"};
-constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless"};
+constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless", "--require-gpu"};
 
 template <typename List>
 bool contains(const List& list, std::string_view word) {

@@ -19,6 +19,7 @@
 #include "renderer/editing/new_objects.h"
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
+#include "renderer/gpu/selection/required_gpu.h"
 #include "renderer/live_scene/asset_files.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/offline/frame_folder.h"
@@ -395,6 +396,12 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 }  // namespace
 
 int render(const RenderOptions& options) {
+  if (options.drawing.require_gpu) {
+    if (Result<void> found = gpu::check_required_gpu(options.drawing.device); !found) {
+      report_failure(found.error());
+      return gpu::kNoGpuExitStatus;
+    }
+  }
   Render rendering(options);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});

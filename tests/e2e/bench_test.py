@@ -105,6 +105,7 @@ def bad_input(test):
             (2, ["rounds"], ["transport", "0"]),
             (1, [missing], ["images", missing]),
             (1, ["no such card", "llvmpipe"], ["frame", "--device", "no such card"]),
+            (3, ["--require-gpu: no GPU can draw here", "llvmpipe"], ["frame", "--require-gpu"]),
             (1, ["--image", in_a_file], ["frame", "--image", in_a_file]),
             (1, ["--out", in_a_file], ["frame", "--out", in_a_file])):
         result = bench(test, *arguments)

@@ -97,6 +97,7 @@ def refusals(test):
     for arguments, code, said in (
             ((test.path("nowhere"),), 1, test.path("nowhere")), ((empty,), 1, "holds no .gltf or .glb files"),
             ((assets, "--out", taken), 1, "--out"), ((assets, "--out", empty, "--device", "none such"), 1, "none such"),
+            ((assets, "--out", empty, "--require-gpu"), 3, "--require-gpu"),
             ((), 2, "folder"), ((empty, "--columns", "0"), 2, "--columns"), ((empty, "--width", "9999999"), 2, "--width")):
         result = sheet(test, *arguments)
         check(result.returncode == code and said in result.stdout + result.stderr, f"{arguments}: {result}")

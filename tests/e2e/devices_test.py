@@ -4,6 +4,7 @@ one queue.
 """
 import csv
 import json
+import os
 import re
 import struct
 import subprocess
@@ -75,8 +76,44 @@ def queues(test):
     check(not untraced.find_err("acceleration structures"), f"it builds what nobody traces:\n{untraced.stderr_text()}")
 
 
+def uuid_of_the_device(test):
+    result = subprocess.run([test.programs_at["fire3dv"], "--list-devices"], capture_output=True, text=True,
+                            timeout=HANG_S, env=vulkan_environment(), check=True)
+    return re.search(r"uuid:\S+", result.stdout).group(0)
+
+
+def by_uuid(test):
+    chosen("--device", uuid_of_the_device(test).upper().replace("-", ""))(test)
+
+
+def forms(test):
+    """Malformed and unmatched forms are errors that name the option; a form is never part of a name."""
+    for device, words in (("cuda:llvmpipe", "--device cuda:llvmpipe: cuda: needs CUDA's number"),
+                          ("uuid:llvmpipe", "32 hexadecimal digits"), ("pci:llvmpipe", "pci:0000:65:00.0"),
+                          ("pci:0000:01:00.0", "there is no such device"), ("cuda:7", "--device cuda:7: CUDA")):
+        renderer = test.renderer("--frames", "1", "--device", device)
+        renderer.expect_exit(1)
+        line = renderer.wait_err(r"^fire3dv: error: --device " + device + ": .*")
+        check(words in line.group(0), f"{device}: {line.group(0)}")
+
+
+def require_gpu(test):
+    """Every program that draws refuses the software device, before it opens a scene."""
+    refused = "error: --require-gpu: no GPU can draw here; llvmpipe "
+    missing = os.path.join(test.folder, "missing.glb")
+    for program, *arguments in (("fire3dv", missing, "--headless", "--frames", "1"),
+                                ("fire3dv", test.scene, "--headless", "--devices", "0,0", "--listen", "shm://require_gpu"),
+                                ("fire3dv", "--list-devices"),
+                                ("fire3dv", "render", "missing.mcap", "--out", test.folder),
+                                ("fire3dv-drake", "127.0.0.1:0")):
+        result = subprocess.run([test.programs_at[program], *arguments, "--require-gpu"], capture_output=True, text=True,
+                                timeout=HANG_S, env=vulkan_environment(), check=False)
+        check(result.returncode == 3 and result.stdout == "" and refused in result.stderr, f"{arguments}: {result}")
+
+
 CASES = {"list_devices": list_devices, "by_itself": chosen(), "by_name": chosen("--device", "llvmpipe"),
-         "by_part_of_its_name": chosen("--device", "LLVMpip"), "by_index": chosen("--device", "0"), "queues": queues}
+         "by_part_of_its_name": chosen("--device", "LLVMpip"), "by_index": chosen("--device", "0"),
+         "by_uuid": by_uuid, "forms": forms, "require_gpu": require_gpu, "queues": queues}
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv"])
+    main(CASES, ["fire3dv", "fire3dv-drake"])

@@ -143,9 +143,11 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
 
 void add_performance_options(CLI::App& app, Options& options, Texts& texts) {
   OptionGroup group(app, "Performance");
-  const CLI::Option* const device = group.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  const CLI::Option* const device = group.add("--device", options.device, "DEVICE",
+                                              "Vulkan device: index, name, cuda:N, uuid:HEX, pci:ADDRESS");
   group.add("--devices", options.devices, "LIST|all", "spread requested images over several devices")
       ->excludes(const_cast<CLI::Option*>(device));
+  group.add_flag("--require-gpu", options.require_gpu, "exit with status 3 rather than draw on the CPU");
   add_draw_settings(app, settings::kByCommandLine, settings::SettingGroup::raster, "Performance",
                     options.draw);
   group.add_choice("--async-compute", texts.async_compute, "auto|on|off",

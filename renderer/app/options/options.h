@@ -76,6 +76,7 @@ struct Options {
   std::string device;
   // Devices for image requests, the first one also for everything else; empty: only `device`.
   std::string devices;
+  bool require_gpu = false;  // see gpu/selection/required_gpu.h
   gpu::AsyncCompute async_compute = gpu::AsyncCompute::automatic;
   bool list_devices = false;
   bool validation = false;

@@ -15,6 +15,7 @@
 #include "renderer/app/run/session.h"
 #include "renderer/app/start.h"
 #include "renderer/editing/view_transfer.h"
+#include "renderer/gpu/selection/required_gpu.h"
 #include "renderer/passes/path/path_pass.h"
 
 namespace fire3dv::app {
@@ -63,6 +64,12 @@ int run_documents(Application& application, std::unique_ptr<Document> document) 
 
 int run(const Options& options) {
   const Activity activity("starting");
+  if (options.require_gpu) {
+    if (Result<void> found = gpu::check_required_gpu(options.device, options.devices); !found) {
+      report_failure(found.error());
+      return gpu::kNoGpuExitStatus;
+    }
+  }
   if (Result<void> good = check_scene_file(options); !good) return report_failure(good.error());
   if (Result<state::EditDocument> overlay = load_overlay(options); !overlay)
     return report_failure(overlay.error());

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/gpu/device/device_choice.h"
+#include "renderer/gpu/device/device_report.h"
 #include "renderer/gpu/device/handle.h"
 #include "renderer/gpu/device/pipeline_builder.h"
 #include "renderer/gpu/device/pipeline_keeper.h"

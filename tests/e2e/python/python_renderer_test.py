@@ -114,6 +114,7 @@ def faults(test):
     raised(fire3dv.RendererError, "--nonsense",
            lambda: fire3dv.Renderer(test.scene, program=program, arguments=["--nonsense"]))
     raised(fire3dv.RendererError, "cannot open \"./-x.glb\"", lambda: fire3dv.Renderer("-x.glb", program=program))
+    raised(fire3dv.RendererError, "ended with exit status 3", lambda: fire3dv.Renderer(test.scene, program=program, require_gpu=True))
     raised(fire3dv.ArgumentError, "size", lambda: fire3dv.Renderer(test.scene, size=640, program=program))
     raised(fire3dv.ArgumentError, "NUL", lambda: fire3dv.Renderer("a\0b", program=program))
     raised(fire3dv.RendererNotFound, "program is '/nowhere/fire3dv'",

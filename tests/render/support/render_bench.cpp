@@ -1,5 +1,6 @@
 // Test device with validation layers, and image capture.
 #include "tests/render/support/render_bench.h"
+#include "renderer/gpu/selection/device_choice.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 
 #include <cstdio>

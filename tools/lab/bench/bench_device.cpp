@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/gpu/selection/device_choice.h"
+
 namespace fire3dv::bench {
 namespace {
 
@@ -40,8 +42,7 @@ Result<OpenDevice> open_device(const DrawOptions& options) {
   OpenDevice open;
   open.instance = std::move(*instance);
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(open.instance->handle());
-  const Result<gpu::DeviceChoice> choice =
-      gpu::choose_device(reports, options.device, gpu::graphics_vendors_present());
+  const Result<gpu::DeviceChoice> choice = gpu::choose_device(reports, options.device, gpu::host_facts());
   if (!choice) return choice.error();
   for (const std::string& note : choice->notes)
     std::fprintf(stderr, "fire3dv-bench: device: %s\n", note.c_str());

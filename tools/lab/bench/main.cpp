@@ -5,9 +5,11 @@
 #include <iostream>
 
 #include "base/command_line.h"
+#include "base/text.h"
 #include "tools/lab/bench/links/link_benches.h"
 #include "tools/lab/bench/record_bench.h"
 #ifdef FIRE3DV_BENCH_FRAMES
+#include "renderer/gpu/selection/required_gpu.h"
 #include "tools/lab/bench/frames/frame_commands.h"
 #endif
 
@@ -24,6 +26,15 @@ int usage_error(const std::string& text) {
 }
 
 #ifdef FIRE3DV_BENCH_FRAMES
+// 0, or the exit status after a printed error.
+int check_gpu(const fire3dv::bench::DrawOptions& options) {
+  if (!options.require_gpu) return 0;
+  const fire3dv::Result<void> found = fire3dv::gpu::check_required_gpu(options.device);
+  if (found) return 0;
+  std::fprintf(stderr, "fire3dv-bench: %s\n", fire3dv::terminal_text(found.error().message).c_str());
+  return fire3dv::gpu::kNoGpuExitStatus;
+}
+
 // Returns the command line with the program's bare name.
 std::string command_line(int argc, char** argv) {
   std::string text = "fire3dv-bench";
@@ -158,15 +169,18 @@ int run(int argc, char** argv) {
     frame_options.command = command_line(argc, argv);
     if (auto checked = fire3dv::bench::check_frame_options(frame_options); !checked)
       return usage_error(checked.error().message);
+    if (const int status = check_gpu(frame_options.draw)) return status;
     return fire3dv::bench::run_frames(frame_options);
   }
   if (*cameras) {
     if (auto checked = fire3dv::bench::check_draw_options(cameras_options.draw); !checked)
       return usage_error(checked.error().message);
+    if (const int status = check_gpu(cameras_options.draw)) return status;
     return fire3dv::bench::run_cameras(cameras_options);
   }
   if (auto checked = fire3dv::bench::check_draw_options(image_options.draw); !checked)
     return usage_error(checked.error().message);
+  if (const int status = check_gpu(image_options.draw)) return status;
   return fire3dv::bench::run_images(image_options);
 #else
   return 0;

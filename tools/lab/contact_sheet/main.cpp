@@ -14,6 +14,8 @@
 #include "base/text.h"
 #include "renderer/camera/default_look.h"
 #include "renderer/gpu/device/device.h"
+#include "renderer/gpu/selection/device_choice.h"
+#include "renderer/gpu/selection/required_gpu.h"
 #include "renderer/scene/derived/key_light.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/settings/setting_table.h"
@@ -29,7 +31,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::string folder, out = "contact-sheet", device, raster = "auto", shadows = "auto";
   PageLayout layout;
-  bool validation = false;
+  bool require_gpu = false, validation = false;
 };
 
 // Symbolic links are not followed, so that only the named folder is read.
@@ -107,8 +109,8 @@ Result<void> run(const Options& options) {
   instance_options.validation = options.validation;
   Result<std::unique_ptr<gpu::Instance>> instance = gpu::Instance::create(instance_options);
   if (!instance) return instance.error();
-  const Result<gpu::DeviceChoice> choice = gpu::choose_device(
-      gpu::report_devices((*instance)->handle()), options.device, gpu::graphics_vendors_present());
+  const Result<gpu::DeviceChoice> choice =
+      gpu::choose_device(gpu::report_devices((*instance)->handle()), options.device, gpu::host_facts());
   if (!choice) return choice.error();
   {
     Result<std::unique_ptr<gpu::Device>> device = gpu::Device::create(**instance, choice->index, false);
@@ -149,7 +151,9 @@ int main(int argc, char** argv) {
   };
   add_setting("raster", options.raster);
   add_setting("shadows", options.shadows);
-  drawing.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  drawing.add("--device", options.device, "DEVICE",
+              "Vulkan device: index, name, cuda:N, uuid:HEX, pci:ADDRESS");
+  drawing.add_flag("--require-gpu", options.require_gpu, "exit with status 3 rather than draw on the CPU");
   drawing.add_flag("--validation", options.validation, "Vulkan validation; a finding is an error");
   try {
     app.parse(argc, argv);
@@ -157,6 +161,13 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
+    if (options.require_gpu) {
+      if (const fire3dv::Result<void> found = fire3dv::gpu::check_required_gpu(options.device); !found) {
+        std::fprintf(stderr, "fire3dv-contact-sheet: %s\n",
+                     fire3dv::terminal_text(found.error().message).c_str());
+        return fire3dv::gpu::kNoGpuExitStatus;
+      }
+    }
     if (const fire3dv::Result<void> done = run(options); !done) {
       std::fprintf(stderr, "fire3dv-contact-sheet: %s\n",
                    fire3dv::terminal_text(done.error().message).c_str());

@@ -82,12 +82,14 @@ class Renderer:
                  size: Optional[Tuple[int, int]] = None, camera: Optional[str] = None, device: Optional[str] = None,
                  arguments: Sequence[Path] = (), program: Optional[Path] = None,
                  environment: Optional[Mapping[str, str]] = None, log: Optional[TextIO] = None,
-                 start_timeout_s: float = 120.0, serve: Union[bool, str] = False) -> None:
+                 start_timeout_s: float = 120.0, serve: Union[bool, str] = False, require_gpu: bool = False) -> None:
         """Starts the program fire3dv and waits until it listens.
 
         scene: glTF file or robot description. uri: None for shared memory with a fresh name; "tcp://127.0.0.1:0"
         takes a free port. headless: False opens a window. on_request: without a window, only requested images are
-        drawn. size: (width, height) in pixels of the window, or of images that arguments write. camera, device: names.
+        drawn. size: (width, height) in pixels of the window, or of images that arguments write. camera: name. device: index,
+        name, "cuda:N" as CUDA and PyTorch number it, "uuid:HEX" or "pci:ADDRESS". require_gpu: an error where no GPU can
+        draw, instead of images drawn by the CPU.
         arguments: further options of fire3dv(1). program: see find_program. environment: variables of the process;
         None: those of this one. log: text file for the renderer's messages, such as sys.stderr.
         serve: True for a live view in browsers of this machine, at a free port; "127.0.0.1:8080" for this one. view_link
@@ -104,6 +106,7 @@ class Renderer:
             raise ArgumentError(ErrorCode.ARGUMENT, f"serve is {serve!r}; True, False or \"HOST:PORT\" is needed")
         if serve:
             command += ["--serve", _ANY_PORT if serve is True else serve]
+        command += ["--require-gpu"] if require_gpu else []
         if size is not None:
             command += ["--size", self._size_text(size)]
         for option, value in (("--camera", camera), ("--device", device)):

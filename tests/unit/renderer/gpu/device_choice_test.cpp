@@ -1,5 +1,5 @@
 // Test of device selection, without a device.
-#include "renderer/gpu/device/device_choice.h"
+#include "renderer/gpu/selection/device_choice.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -134,10 +134,11 @@ TEST(DeviceChoice, SeveralDevicesKeepOrder) {
 
 TEST(DeviceChoice, GpuWithoutDriverIsNamed) {
   const std::vector<DeviceReport> software{report(0, "llvmpipe", DeviceType::software)};
-  const auto choice = choose_device(software, "", {0x10de});
+  const auto choice = choose_device(software, "", {{0x10de}, {}, {}});
   ASSERT_EQ(choice->notes.size(), 2u);
   EXPECT_TRUE(mentions(choice->notes[1], "NVIDIA"));
-  EXPECT_EQ(choose_device(software, "llvmpipe", {0x10de})->notes.size(), 1u);  // requested, so no notice
+  EXPECT_EQ(choose_device(software, "llvmpipe", {{0x10de}, {}, {}})->notes.size(),
+            1u);  // requested, so no notice
 
   const auto root = std::filesystem::temp_directory_path() / ("fire3dv_pci_" + std::to_string(getpid()));
   auto add = [&](const char* name, const char* pci_class, const char* vendor) {

@@ -26,7 +26,9 @@ constexpr uint64_t kMaxTriangles = 200'000'000;
 void add_draw_options(CLI::App& app, DrawOptions& options) {
   OptionGroup group(app, "Drawing");
   group.add("--resolution", options.resolution, "WxH", "image size in pixels");
-  group.add("--device", options.device, "INDEX|NAME", "Vulkan device");
+  group.add("--device", options.device, "DEVICE",
+            "Vulkan device: index, name, cuda:N, uuid:HEX, pci:ADDRESS");
+  group.add_flag("--require-gpu", options.require_gpu, "exit with status 3 rather than draw on the CPU");
   group.add_choice("--async-compute", options.async_compute, "auto|on|off",
                    "build acceleration structures on an async queue");
   group.add_flag("--validation,!--no-validation", options.validation,

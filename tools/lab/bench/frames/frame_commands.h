@@ -19,6 +19,7 @@ struct DrawOptions {
   std::string resolution = "1920x1080";
   uint32_t width = 1920, height = 1080;
   std::string device, async_compute = "auto";
+  bool require_gpu = false;
   bool validation = false;
   settings::DrawSettings settings;
 };

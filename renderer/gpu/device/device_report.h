@@ -1,15 +1,11 @@
-// Selection of physical devices, with reasons for the user. It works on plain reports, so that tests need no
-// GPU.
+// Report of a physical device: its identity, and the features that decide what it can draw.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "base/error.h"
 #include "renderer/gpu/device/vk.h"
 
 namespace fire3dv::gpu {
@@ -52,29 +48,5 @@ std::string describe(const DeviceReport& report);
 std::string describe_identity(const DeviceReport& report);
 // The form of DeviceReport::uuid.
 std::string uuid_text(std::span<const uint8_t, VK_UUID_SIZE> uuid);
-
-struct DeviceChoice {
-  uint32_t index = 0;
-  // Messages for the user: a software device was selected, and the reason against each better device.
-  std::vector<std::string> notes;
-};
-
-// PCI vendor ids of GPUs from known vendors, with or without a Vulkan driver. Reads /sys; tests pass another
-// root.
-std::vector<uint32_t> graphics_vendors_present(
-    const std::filesystem::path& pci_devices = "/sys/bus/pci/devices");
-
-// Selects one device. wanted: empty, an index, or part of a name (case-insensitive). Empty selects the best
-// usable device: discrete, integrated, virtual, software. An unmatched request is an error that lists all
-// devices; there is no fallback. vendors_present: see graphics_vendors_present; names a GPU without a driver
-// when a software device is selected.
-Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted,
-                                   const std::vector<uint32_t>& vendors_present = {});
-
-// Selects several devices: requests separated by commas, in that order, or "all" for all devices of the best
-// type. A device that is named twice is returned twice.
-Result<std::vector<DeviceChoice>> choose_devices(const std::vector<DeviceReport>& reports,
-                                                 std::string_view wanted,
-                                                 const std::vector<uint32_t>& vendors_present = {});
 
 }  // namespace fire3dv::gpu
