@@ -176,10 +176,12 @@ class Renderer:
 
     @property
     def pid(self) -> int:
+        """Number of the renderer's process."""
         return self._process.pid
 
     @property
     def is_running(self) -> bool:
+        """Whether the renderer's process has not ended yet."""
         return self._process.exit_status() is None
 
     @property

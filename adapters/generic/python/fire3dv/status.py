@@ -25,6 +25,7 @@ class Property(IntEnum):
 
 
 class MarkerKind(IntEnum):
+    """Shapes of markers, for Stream.set_marker; each has a method of its own, such as Stream.points."""
     POINTS = 0
     LINES = 1
     LINE_STRIP = 2
@@ -40,6 +41,7 @@ class MarkerKind(IntEnum):
 
 
 class LightKind(IntEnum):
+    """Kinds of lights, for Stream.set_light."""
     DIRECTIONAL = 0
     POINT = 1
     SPOT = 2

@@ -127,6 +127,7 @@ class Stream(ImageRequests, Markers, Scalars):
 
     @property
     def is_open(self) -> bool:
+        """Whether neither close() nor the end of a with statement has ended the stream."""
         return self._handle is not None and self._handle.is_open
 
     @property
