@@ -6,6 +6,7 @@ import re
 
 FENCE = re.compile(r"^ {0,3}(`{3,}|~{3,})(.*)$")
 LINK = re.compile(r"\]\(\s*<?([^()<>\s]*(?:\([^()\s]*\)[^()\s]*)*)>?(?:\s+\"[^\"]*\")?\s*\)")
+CODE_SPAN = re.compile(r"(?<!`)(`+)(?!`)((?:(?!\n\n).)*?)(?<!`)\1(?!`)", re.S)
 HEADING = re.compile(r"^(#{1,6}) +(.*?)(?: +#+)? *$", re.M)
 HTML_ANCHOR = re.compile(r"<a\s+(?:id|name)=\"([^\"]+)\"")
 LIST_ITEM = re.compile(r"^ *(?:[-*+]|\d+[.)]) ")
@@ -43,7 +44,53 @@ def without_blocks(text):
 
 def prose(text):
     """The text with all code blanked."""
-    return re.sub(r"(?<!`)(`+)(?!`)(?:(?!\n\n).)*?(?<!`)\1(?!`)", lambda match: blank(match.group()), without_blocks(text), flags=re.S)
+    return CODE_SPAN.sub(lambda match: blank(match.group()), without_blocks(text))
+
+
+def commands(text):
+    """Yields (line number, command) of shell lines in code blocks without language or of a shell, and of code spans. Lines
+    that end with a backslash go on; commands behind a pipe, a semicolon or && are ones of their own."""
+    blocks = code_blocks(text)
+    spans = [(match.start(), match.group(2)) for match in CODE_SPAN.finditer(without_blocks(text))]
+    for offset, code in sorted(blocks + spans):
+        line = text.count("\n", 0, offset) + 1
+        for row in re.sub(r"\\\n", "\0", code).split("\n"):
+            joined = re.sub(r"(^|\s)#.*", "", row.replace("\0", " "))
+            for part in re.split(r"\|\||&&|[|;&]|\$\(|`", joined):
+                if part.strip():
+                    yield line, part.strip()
+            line += 1 + row.count("\0")
+
+
+def code_blocks(text, languages=("", "sh", "bash", "console")):
+    """(offset, text) of each fenced block of these languages; indented blocks have no language."""
+    found, rest = [], without_blocks(text)
+    lines, position, fence, start = text.split("\n"), 0, None, 0
+    rest_lines = rest.split("\n")
+    for line, kept in zip(lines, rest_lines):
+        match = FENCE.match(line.strip())
+        if not kept.strip() and line.strip():
+            if match and fence is None:
+                fence, start = match.group(2).strip(), position + len(line) + 1
+            elif match and not match.group(2).strip() and fence is not None:
+                if fence in languages:
+                    found.append((start, text[start:position]))
+                fence = None
+            elif fence is None and "" in languages:
+                found.append((position, line + "\n"))
+        position += len(line) + 1
+    return joined_blocks(found)
+
+
+def joined_blocks(found):
+    """Blocks of one line that follow each other, as indented code is read, made one."""
+    result = []
+    for offset, code in found:
+        if result and result[-1][0] + len(result[-1][1]) == offset:
+            result[-1] = (result[-1][0], result[-1][1] + code)
+        else:
+            result.append((offset, code))
+    return result
 
 
 def links(text):
