@@ -14,12 +14,30 @@ from .errors import Error
 
 STEP_HZ = 240
 IMAGES_HZ = 15
+SHARED_MEMORY_BYTES = 4 << 20  # more than the arm's stream takes
+DEFAULT_OUT = "fire3dv-demo"
 
 
-def _uri(folder: str) -> str:
-    """A stream over shared memory, or over a socket of this machine where there is no /dev/shm that can be written."""
-    if os.access("/dev/shm", os.W_OK | os.X_OK):
+def _has_shared_memory() -> bool:
+    try:
+        probe = os.open("/dev/shm", os.O_TMPFILE | os.O_RDWR, 0o600)
+    except OSError:
+        return False
+    try:
+        os.posix_fallocate(probe, 0, SHARED_MEMORY_BYTES)
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(probe)
+
+
+def _uri() -> str:
+    """A stream over shared memory, or over a socket of this machine where /dev/shm is missing or full."""
+    if _has_shared_memory():
         return f"shm://fire3dv-demo-{uuid.uuid4().hex[:12]}"
+    print(f"fire3dv demo: /dev/shm is missing or has no room for {SHARED_MEMORY_BYTES >> 20} MiB (docker run --shm-size 64m): "
+          "poses arrive over TCP instead", file=sys.stderr)
     import socket
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -50,13 +68,13 @@ def _run(renderer: List[str], simulator: List[str], folder: str) -> int:
 
 
 def _window(scene: str, folder: str) -> int:
-    uri = _uri(folder)
+    uri = _uri()
     print(f"fire3dv demo: a window shows the arm, whose poses arrive over {uri}; close it to end", file=sys.stderr)
     return _run([scene, "--listen", uri, "--camera", "camera_front"], ["--to", uri, "--realtime", "--loop"], folder)
 
 
 def _images(scene: str, folder: str, options: argparse.Namespace) -> int:
-    uri, out, start = _uri(folder), os.path.abspath(options.out), time.time()
+    uri, out, start = _uri(), os.path.abspath(options.out), time.time()
     every = str(STEP_HZ // IMAGES_HZ)
     status = _run([scene, "--listen", uri, "--headless", "--lockstep", "--exit-when-done", "--size", options.size, "--camera",
                    "camera_front", "--out", out],
@@ -73,13 +91,20 @@ def demo(arguments: Sequence[str]) -> int:
     """A simulated robot arm in one process, drawn by another, in a window or as images. Returns the exit status."""
     parser = argparse.ArgumentParser(prog="fire3dv demo", description="A simulated robot arm in one process, drawn by another: "
                                      "in a window, or as images where there is no display.")
-    parser.add_argument("--out", metavar="DIR", help="write images, to this folder (default without a display: fire3dv-demo)")
+    parser.add_argument("--out", metavar="DIR", help="write images, to this folder (default without a display: fire3dv-demo, "
+                        "of a temporary folder where this one cannot be written)")
     parser.add_argument("--seconds", type=int, default=1, metavar="N", help="simulated seconds of the images (default 1)")
     parser.add_argument("--size", default="640x360", metavar="WxH", help="of the images (default 640x360)")
     options = parser.parse_args(arguments)
     if not 1 <= options.seconds <= 9999:
         parser.error(f"--seconds is a whole number from 1 to 9999, not {options.seconds}")
     has_display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    try:
+        tempfile.gettempdir()
+    except FileNotFoundError:
+        print("fire3dv demo: error: there is no folder for temporary files that can be written: let the environment variable TMPDIR "
+              "name one", file=sys.stderr)
+        return 1
     with tempfile.TemporaryDirectory(prefix="fire3dv-demo-") as folder:
         scene = os.path.join(folder, "arm.glb")
         made = subprocess.run([path_of("bullet_arm"), "--write-scene", scene], env=environment(), stdout=subprocess.DEVNULL, check=False)
@@ -90,7 +115,9 @@ def demo(arguments: Sequence[str]) -> int:
             if status in (0, 130):
                 return status
             print("fire3dv demo: no window could be opened; writing images instead", file=sys.stderr)
-        options.out = options.out or "fire3dv-demo"
+        if not options.out:
+            here = os.access(os.curdir, os.W_OK | os.X_OK)
+            options.out = DEFAULT_OUT if here else tempfile.mkdtemp(prefix=DEFAULT_OUT + "-")
         return _images(scene, folder, options)
 
 
