@@ -21,6 +21,7 @@ import tempfile
 
 from packaging_tools import archive
 from packaging_tools.elf import GLIBC, Carrier, glibc_minor, needed, run
+from packaging_tools.older_glibc import lower
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -150,6 +151,7 @@ def make_driver_wheel(output, folder):
     manifest["ICD"]["library_path"] = "./" + os.path.basename(target)
     with open(os.path.join(inner, "lib", "lvp_icd.json"), "w", encoding="utf-8") as file:
         json.dump(manifest, file, indent=2)
+    lower(carrier.files(), os.path.join(inner, "lib"))
     write_licences(carrier.sources, os.path.join(inner, "licences"))
     pip_wheel(package, output, FIRE3DV_WHEEL_PLATFORM=platform_tag(carrier.files(with_fallbacks=False)))
 

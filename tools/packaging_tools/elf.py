@@ -33,8 +33,8 @@ def needed(path):
 
 
 def glibc_minor(path):
-    """N of the newest symbol version GLIBC_2.N that the file needs; 0: none."""
-    return max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)", run("readelf", "-VW", path))), default=0)
+    """N of the newest symbol version GLIBC_2.N that the file needs, weak ones aside; 0: none."""
+    return max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)  Flags: none", run("readelf", "-VW", path))), default=0)
 
 
 def resolved(path):
