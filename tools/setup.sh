@@ -25,6 +25,7 @@ packages=(
   libgtest-dev vulkan-validationlayers vulkan-tools xvfb xauth libxtst6 strace python3
   iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel  # Python package: arrays, installation with pip
+  python3-yaml  # files of containers/
   go-md2man  # manual pages
   patchelf  # wheels: search paths of carried libraries
   ffmpeg     # video of the demo
