@@ -1,6 +1,6 @@
 """Command lines in the documents: each option of our programs is one that the program's --help has.
 
-commands_test.py PROGRAM[:SUBCOMMAND]...; programs that are not given are not checked.
+commands_test.py PROGRAM...; programs that are not given are not checked.
 """
 import os
 import re
@@ -16,22 +16,33 @@ from site_tools.pages import read, tree_files  # noqa: E402
 HISTORY = ("CHANGELOG.md", "docs/upgrading.md", "docs/design/experiments.md")  # options that there were
 
 
-def options_of(words):
-    text = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=60, check=True).stdout
-    return set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", text)) | {"--help", "-h", "--version"}
+class Program:
+    """Options of a program by its --help, and of its subcommands by theirs."""
+
+    def __init__(self, path):
+        self.path = path
+        self._known = {}
+
+    def options(self, subcommand=None):
+        """A word that is no subcommand gets the program's own options: it is a file, or its help fails."""
+        if subcommand not in self._known:
+            done = subprocess.run([self.path, *([subcommand] if subcommand else []), "--help"], capture_output=True, text=True,
+                                  timeout=60, check=False, cwd="/")
+            listed = set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", done.stdout)) | {"--help", "-h", "--version"}
+            self._known[subcommand] = listed if done.returncode == 0 else self.options()
+            if subcommand == "render":  # it takes the renderer's options, too
+                self._known[subcommand] |= self.options()
+        return self._known[subcommand]
 
 
-def faults_of(line, command, options, place):
+def faults_of(line, command, programs, place):
     """Sentences on the options of one command. Words before the program, such as sudo or VARIABLE=VALUE, do not matter."""
     words = command.split()
-    at = next((i for i, word in enumerate(words) if os.path.basename(word) in options), None)
+    at = next((i for i, word in enumerate(words) if os.path.basename(word) in programs), None)
     if at is None or not all(re.match(r"\w+=|(sudo|exec|time|timeout|nohup|env|\d+)$", word) for word in words[:at]):
         return
-    program = os.path.basename(words[at])
-    known, subcommands = options[program]
-    behind = words[at + 1:]
-    if behind and behind[0] in subcommands:
-        known = subcommands[behind[0]] | (known if behind[0] == "render" else set())  # it takes the renderer's options, too
+    program, behind = os.path.basename(words[at]), words[at + 1:]
+    known = programs[program].options(behind[0] if behind and re.fullmatch(r"[a-z][a-z-]*", behind[0]) else None)
     quoted = False
     for word in behind:
         if not quoted and re.match(r"--?[a-zA-Z]", word):
@@ -43,23 +54,16 @@ def faults_of(line, command, options, place):
 
 
 def main():
-    options = {}
-    for argument in sys.argv[1:]:
-        path, _, subcommand = argument.partition(":")
-        entry = options.setdefault(os.path.basename(path), (set(), {}))
-        if subcommand:
-            entry[1][subcommand] = options_of([path, subcommand])
-        else:
-            entry[0].update(options_of([path]))
+    programs = {os.path.basename(path): Program(path) for path in sys.argv[1:]}
     faults, checked = [], 0
     for name in tree_files():
         if name.endswith(".md") and name not in HISTORY:
             for line, command in markdown.commands(read(name)):
-                checked += any(os.path.basename(word) in options for word in command.split()[:1])
-                faults += faults_of(line, command, options, name)
+                checked += any(os.path.basename(word) in programs for word in command.split()[:1])
+                faults += faults_of(line, command, programs, name)
     for fault in faults:
         print(fault)
-    print(f"{checked} commands of {len(options)} programs, {len(faults)} faults")
+    print(f"{checked} commands of {len(programs)} programs, {len(faults)} faults")
     return 1 if faults or checked < 100 else 0
 
 
