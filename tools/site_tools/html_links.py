@@ -1,5 +1,6 @@
 """Links of a built site: each relative link leads to a file and an anchor of it, and nothing is loaded from elsewhere."""
 import os
+import re
 from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
@@ -30,10 +31,15 @@ def faults_of_site(folder):
     pages, faults = {}, []
     for below, _, files in os.walk(folder):
         for name in files:
-            if name.endswith(".html"):
-                path = os.path.join(below, name)
+            path = os.path.join(below, name)
+            if name.endswith((".html", ".css")):
                 with open(path, encoding="utf-8") as file:
-                    pages[path] = Page(file.read())
+                    text = file.read()
+            if name.endswith(".html"):
+                pages[path] = Page(text)
+            elif name.endswith(".css"):
+                faults += [f"{os.path.relpath(path, folder)} loads {each}" for each in
+                           re.findall(r"""(?:url\(|@import)\s*["']?((?:[a-z]+:)?/[^"')]*)""", text)]
     for path, page in sorted(pages.items()):
         shown = os.path.relpath(path, folder)
         faults += [f"{shown} loads {each} from the network" for each in page.loaded if urlsplit(each).scheme not in ("", "data")

@@ -33,8 +33,30 @@ def escaped(text):
     return re.sub(r"([*<>\[\]])", r"\\\1", text)
 
 
-def prose_of(docstring):
-    """Markdown of a docstring: indented blocks are code or lists of fields, the rest is text."""
+def fields_listed(lines):
+    """List items of lines such as "width, height: pixels"; lines that begin with spaces continue the one above."""
+    items = []
+    for line in lines:
+        if line.startswith(" ") and items:
+            items[-1] += " " + line.strip()
+        else:
+            names, colon, text = line.partition(": ")
+            items.append(f"- `{names}`: {escaped(text)}" if colon else f"- {escaped(line)}")
+    return items
+
+
+def arguments_listed(text, arguments):
+    """A paragraph such as "uri: ... adapter_name: ..." as a list, other text as it is."""
+    names = rf"(?:{'|'.join(map(re.escape, arguments))}|\w+_\*)"
+    start = rf"{names}(?:, {names})*: "
+    if not arguments or not re.match(start, text):
+        return escaped(text)
+    parts = re.split(rf"(?<=[.;)]) (?={start})", text)
+    return "\n".join(fields_listed(parts))
+
+
+def prose_of(docstring, arguments=()):
+    """Markdown of a docstring: indented blocks are code, indented lines below text are fields. arguments: of a function."""
     parts = []
     for block in re.split(r"\n\s*\n", inspect.cleandoc(docstring)):
         lines = block.split("\n")
@@ -43,17 +65,21 @@ def prose_of(docstring):
             continue
         head = [line for line in lines if not line.startswith("    ")]
         rest = [line[4:] for line in lines if line.startswith("    ")]
-        parts.append(escaped(" ".join(head)))
+        parts.append(arguments_listed(" ".join(head), arguments))
         if rest:
-            parts.append("```text\n" + "\n".join(rest) + "\n```")
+            parts.append("\n".join(fields_listed(rest)))
     return "\n\n".join(parts)
+
+
+def arguments_of(function):
+    return [name for name in inspect.signature(function).parameters if name != "self"]
 
 
 def docstring_of(value, name):
     own = value.__dict__.get("__doc__") if inspect.isclass(value) else inspect.getdoc(value)
     if not own or own == "An enumeration.":
         raise ReferenceFault(f"{name} has no docstring")
-    return prose_of(own)
+    return prose_of(own, arguments_of(value) if inspect.isfunction(value) else ())
 
 
 def text_of(annotation):
@@ -105,7 +131,7 @@ def of_class(name, value):
     if issubclass(value, Exception):
         parts.append("Bases: " + ", ".join(f"`{base.__name__}`" for base in value.__bases__) + ".")
     if is_made and value.__init__.__doc__:
-        parts.append(prose_of(value.__init__.__doc__))
+        parts.append(prose_of(value.__init__.__doc__, arguments_of(value.__init__)))
     if has_fields:
         parts.append(fields_of(value))
     for member_name, _ in inspect.getmembers(value):
@@ -177,6 +203,8 @@ def pages():
         "# Python reference", "",
         "Names of the package `fire3dv`. Their use: [Python](../../adapters/generic/python/README.md). The package is",
         "annotated (`py.typed`): type checkers and editors need no stubs.", "",
+        "In signatures, `Array` is a NumPy array or a sequence of numbers, `Float32Array` and `Float64Array` are NumPy",
+        "arrays of that type, `Path` is a string or a `pathlib.Path`.", "",
         "Members of `ErrorCode`, `Property` and `LightKind` are also names of the package: `fire3dv.ERROR_STATE`,",
         "`fire3dv.VISIBLE`, `fire3dv.SPOT`.", "",
         "| page | names |", "|---|---|", *rows, ""])
