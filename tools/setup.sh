@@ -40,9 +40,9 @@ optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libs
 # With --peers: programs and libraries of others that tests talk to, where the distribution has them. ignition-transport
 # for adapters/gazebo; Fast DDS, ROS 2's other DDS library, and tf2 of ROS 1 as oracle for adapters/ros2; Chromium for the
 # live view's page; clang-format 14 (Debian 12) and universal-ctags for the checks of format and structure; MyST (and by
-# it Sphinx) for the site.
+# it Sphinx) for the site; validators of packages and of their desktop files.
 peer_packages=(libignition-transport-dev libignition-msgs-dev libfastrtps-dev libtf2-dev chromium clang-format-14 universal-ctags
-  python3-myst-parser)
+  python3-myst-parser lintian appstream desktop-file-utils shared-mime-info)
 mesa_packages=(mesa-vulkan-drivers)
 
 check=0

@@ -60,7 +60,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/${CMAKE_IN
 set(CPACK_COMPONENTS_ALL)
 
 # fire3dv_package(NAME SECTION section DESCRIPTION text [control fields as for CPACK_DEBIAN_COMPONENT_PACKAGE_*]): a package
-# with its copyright and changelog. Files come from install(... COMPONENT package_NAME EXCLUDE_FROM_ALL).
+# with its copyright, changelog and overrides of lintian. Files come from install(... COMPONENT package_NAME EXCLUDE_FROM_ALL).
 macro(fire3dv_package name)
   cmake_parse_arguments(arg "" "SECTION;DESCRIPTION;DEPENDS;RECOMMENDS;SUGGESTS;ARCHITECTURE" "CONTROL_EXTRA" ${ARGN})
   set(component package_${name})
@@ -77,6 +77,9 @@ macro(fire3dv_package name)
   configure_file(${package_dir}/changelog.in ${PROJECT_BINARY_DIR}/package/${name}/changelog.Debian @ONLY)
   install(FILES ${package_dir}/copyright ${PROJECT_BINARY_DIR}/package/${name}/changelog.Debian
           DESTINATION share/doc/${name} COMPONENT ${component} EXCLUDE_FROM_ALL)
+  if(EXISTS ${package_dir}/lintian/${name})  # warnings of lintian that are right as they are, with reasons
+    install(FILES ${package_dir}/lintian/${name} DESTINATION share/lintian/overrides COMPONENT ${component} EXCLUDE_FROM_ALL)
+  endif()
 endmacro()
 function(fire3dv_package_programs name)  # ... programs, with their manual pages
   foreach(program ${ARGN})
@@ -106,6 +109,7 @@ This package contains the renderer, and programs that inspect, record and
 replay streams and convert URDF, SDF, MJCF and AMBF files to glTF.")
 fire3dv_package_programs(fire3dv fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-render)
 fire3dv_install_desktop(share COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
+fire3dv_install_service(/usr/bin COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES CHANGELOG.md DESTINATION share/doc/fire3dv RENAME changelog COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES NOTICE README.md protocol/SPEC.md protocol/SPEC-transport.md protocol/SPEC-record.md
         DESTINATION share/doc/fire3dv COMPONENT package_fire3dv EXCLUDE_FROM_ALL)

@@ -1,14 +1,17 @@
 """Packages test: tools/package.sh packs this build; the packages are unpacked into a folder, and used there. Files, control
-fields, search paths, renderer, client library (pkg-config, CMake, shared and static), Python package, wheel, completions.
+fields, search paths, renderer, client library (pkg-config, CMake, shared and static), Python package, wheel, completions, desktop
+files, service. Validators that are not installed are named and skipped.
 
 packages_test.py SOURCE BUILD VERSION MULTIARCH [mujoco] [drake] [ros2] [gazebo]
 """
 import glob
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree
 
 source, build, version, multiarch, *optional = sys.argv[1:]
 PROGRAMS = {"fire3dv": ["fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3dv-record", "fire3dv-replay"],
@@ -17,7 +20,9 @@ LIB = f"usr/lib/{multiarch}"
 FILES = {  # beside programs, their manual pages and completions, copyright and changelog
     "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
                 "usr/share/doc/fire3dv/README.md",
-                "usr/share/applications/fire3dv.desktop", "usr/share/icons/hicolor/scalable/apps/fire3dv.svg",
+                "usr/share/applications/fire3dv.desktop", "usr/share/applications/fire3dv-recording.desktop",
+                "usr/share/mime/packages/fire3dv.xml", "usr/share/metainfo/org.fire3dv.fire3dv.metainfo.xml",
+                "usr/lib/systemd/user/fire3dv@.service", "usr/share/icons/hicolor/scalable/apps/fire3dv.svg",
                 "usr/share/icons/hicolor/128x128/apps/fire3dv.png",
                 *["usr/share/doc/fire3dv/docs/" + os.path.basename(path) for path in glob.glob(source + "/docs/*.md")],
                 *[f"usr/share/doc/fire3dv/{name}.md" for name in ("SPEC", "SPEC-transport", "SPEC-record")]],
@@ -26,7 +31,8 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
     "fire3dv-drake": [],
     "fire3dv-gazebo": [],
     "fire3dv-ros2": [],
-    "libfire3dv-client0": [f"{LIB}/libfire3dv-client.so.0", f"{LIB}/libfire3dv-client.so.{version}"],
+    "libfire3dv-client0": [f"{LIB}/libfire3dv-client.so.0", f"{LIB}/libfire3dv-client.so.{version}",
+                           "usr/share/lintian/overrides/libfire3dv-client0"],
     "libfire3dv-client-dev": [
         f"{LIB}/libfire3dv-client.so", f"{LIB}/libfire3dv-client.a", f"{LIB}/pkgconfig/fire3dv-client.pc",
         *[f"{LIB}/cmake/fire3dv/fire3dv-{name}.cmake" for name in ("config", "config-version", "targets", "targets-release")],
@@ -230,9 +236,65 @@ def check_completions(root):
     assert complete("fire3dv-record", "--compression", "z") == ["zstd"]
 
 
+def has(tool):
+    if not shutil.which(tool):
+        print(f"packages: {tool} is not installed: its check is skipped")
+    return shutil.which(tool)
+
+
+def check_desktop(root, work):
+    """Desktop entries open types that are known; file types, AppStream metadata and entries are valid."""
+    share, entries = os.path.join(root, "usr/share"), glob.glob(os.path.join(root, "usr/share/applications/*.desktop"))
+    types = {kind for entry in entries for line in open(entry, encoding="utf-8") if line.startswith("MimeType=")
+             for kind in line[len("MimeType="):].strip().strip(";").split(";")}
+    own = os.path.join(share, "mime/packages/fire3dv.xml")
+    namespace = "{http://www.freedesktop.org/standards/shared-mime-info}"
+    defined = [kind.get("type") for kind in xml.etree.ElementTree.parse(own).iter(namespace + "mime-type")]
+    unclaimed = {"application/x-sdformat+xml"} - types  # without libsdformat
+    assert set(defined) - unclaimed <= types, f"no desktop entry opens {sorted(set(defined) - types)}"
+    common = "/usr/share/mime/packages/freedesktop.org.xml"
+    if os.path.exists(common):
+        known = {kind.get("type") for kind in xml.etree.ElementTree.parse(common).iter(namespace + "mime-type")}
+        assert types <= known | set(defined), f"file types without a definition: {sorted(types - known - set(defined))}"
+    metadata = os.path.join(share, "metainfo/org.fire3dv.fire3dv.metainfo.xml")
+    provided = {kind.text for kind in xml.etree.ElementTree.parse(metadata).iter("mediatype")}
+    assert provided == types - {"application/mcap"}, f"AppStream has {sorted(provided)}, the entries have {sorted(types)}"
+    if has("desktop-file-validate"):
+        run("desktop-file-validate", "--no-hints", *entries)
+    if has("appstreamcli"):
+        run("appstreamcli", "validate", "--no-net", metadata)
+    if has("update-mime-database"):
+        folder = os.path.join(work, "mime")
+        shutil.copytree(os.path.join(share, "mime"), folder)
+        said = run("update-mime-database", "-V", folder)
+        globs = open(os.path.join(folder, "globs2"), encoding="utf-8").read().splitlines()
+        assert {"50:application/mcap:*.mcap", "40:application/x-sdformat+xml:*.sdf"} <= set(globs), globs
+        assert "rror" not in said and "arning" not in said, said
+
+
+def check_service(root, work):
+    """The unit is valid, confined, and leaves devices and shared memory to the renderer."""
+    unit = open(os.path.join(root, "usr/lib/systemd/user/fire3dv@.service"), encoding="utf-8").read()
+    settings = dict(re.findall(r"^(\w+)=(.*)$", unit, re.MULTILINE))
+    assert settings["ExecStart"].split()[0] == "/usr/bin/fire3dv", settings["ExecStart"]
+    for name in ("PrivateDevices", "ProtectClock", "PrivateIPC", "PrivateNetwork", "MemoryDenyWriteExecute", "ProcSubset"):
+        assert name not in settings, f"{name} takes devices, shared memory, links or the driver's files away"
+    if has("systemd-analyze"):
+        path, environment = os.path.join(work, "fire3dv@lab.service"), {"XDG_RUNTIME_DIR": work, "HOME": work}
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(unit.replace("/usr/bin/fire3dv", f"{root}/usr/bin/fire3dv"))
+        said = subprocess.run(["systemd-analyze", "verify", "--user", "--man=no", path], text=True, capture_output=True, check=False,
+                              env={**CLEAN, **environment})
+        assert said.returncode == 0 and "fire3dv" not in said.stderr, said.stderr  # unknown settings are warnings only
+        run("systemd-analyze", "--user", "security", "--offline=true", "--threshold=30", path, **environment)
+
+
 with tempfile.TemporaryDirectory() as temporary:
     output, tree = os.path.join(temporary, "packages"), os.path.join(temporary, "root")
-    run(os.path.join(source, "tools/package.sh"), "--build", build, "--compression", "gzip", output)
+    packed = run(os.path.join(source, "tools/package.sh"), "--build", build, "--compression", "gzip", output)
+    warnings = re.findall(r"^[EW]: .*$", packed, re.MULTILINE)  # of lintian; those that are right are in cmake/package/lintian
+    assert not warnings, f"lintian: {warnings}"
+    has("lintian")
     packages = {os.path.basename(path).split("_")[0]: path for path in glob.glob(output + "/*.deb")}
     names = {*PROGRAMS, "libfire3dv-client0", "libfire3dv-client-dev", "python3-fire3dv"}
     assert set(packages) == names, f"packages: {sorted(packages)}, expected {sorted(names)}"
@@ -244,4 +306,6 @@ with tempfile.TemporaryDirectory() as temporary:
     check_client(tree, temporary)
     check_python(tree, temporary, *glob.glob(output + "/*.whl"))
     check_completions(tree)
+    check_desktop(tree, temporary)
+    check_service(tree, temporary)
 print("packages: passed")
