@@ -12,8 +12,7 @@
 # commit, for how long. Exit status: that of the command.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-. "$root/tools/apt_mirror.sh"
-. /etc/os-release
+. "$root/tools/bare_system.sh"
 
 usage() { echo "bare_machine.sh: $*; tools/bare_machine.sh --help prints the usage" >&2; exit 2; }
 say() { printf 'bare_machine.sh: %s\n' "$*"; }
@@ -21,11 +20,7 @@ die() { echo "bare_machine.sh: $*" >&2; exit 1; }
 
 case "${1:-}" in -h | --help) sed -n '2,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 [ $# -ge 3 ] || usage "a suite, a folder and what to run are needed"
-[ "$(id -u)" = 0 ] || die "run as root: chroot and mounts need it"
-if [ "${FIRE3DV_BARE_MACHINE:-}" != entered ]; then
-  # Mounts are seen by this process and its children alone, so that none is left behind.
-  FIRE3DV_BARE_MACHINE=entered exec unshare --mount -- "${BASH_SOURCE[0]}" "$@"
-fi
+enter_mount_namespace "${BASH_SOURCE[0]}" "$@"
 suite=$1 directory=$2 what=$3
 shift 3
 [[ $suite =~ ^(bookworm|trixie)$ ]] || usage "the suite is bookworm or trixie, not '$suite'"
@@ -35,25 +30,7 @@ case "$what" in
   --) [ $# -gt 0 ] || usage "a command must follow --"; command=("$@") what=$* ;;
   *) usage "'$what' is neither demo nor tests nor --" ;;
 esac
-if [ ! -e "$directory" ]; then
-  command -v debootstrap > /dev/null || die "debootstrap is missing: apt-get install debootstrap"
-  mirror=$(mirror_of_release "${VERSION_CODENAME:-}")
-  [ -n "$mirror" ] || die "no apt source for the main section of this machine's release found in /etc/apt"
-  say "making a minimal $suite in $directory"
-  debootstrap --variant=minbase "$suite" "$directory" "$mirror" > "$directory.log" 2>&1 || {
-    tail -n 5 "$directory.log" >&2
-    die "debootstrap failed; its log is $directory.log"
-  }
-  printf 'Types: deb\nURIs: %s\nSuites: %s %s-updates\nComponents: main\nSigned-By: /usr/share/keyrings/debian-archive-keyring.gpg\n' \
-    "$mirror" "$suite" "$suite" > "$directory/etc/apt/sources.list.d/debian.sources"
-  : > "$directory/etc/apt/sources.list"
-fi
-[ -x "$directory/usr/bin/apt-get" ] || die "$directory is not a Debian system: name a folder that does not exist yet"
-grep -q "^VERSION_CODENAME=$suite\$" "$directory/etc/os-release" || die "$directory has another system than $suite"
-
-for special in proc dev sys; do mount --rbind "/$special" "$directory/$special"; done
-mount -t tmpfs -o size=50% tmpfs "$directory/dev/shm"  # not this machine's: its segments are no business of the bare one
-for file in resolv.conf hosts; do cp "/etc/$file" "$directory/etc/$file"; done
+open_bare_system "$suite" "$directory"
 
 commit=$(git -C "$root" rev-parse --short HEAD)
 clone=$directory/root/fire-3dv
@@ -68,8 +45,7 @@ git_in_clone clean -fdq  # what an earlier clone had; ignored files, such as bui
 
 say "running ${command[*]} on Debian $(cat "$directory/etc/debian_version") at commit $commit"
 start=$(date +%s) status=0
-chroot "$directory" /usr/bin/env -i HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
-  LANG=C.UTF-8 ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} \
+in_bare_system "$directory" \
   bash -c 'cd /root/fire-3dv && exec "$@"' bash "${command[@]}" < /dev/null || status=$?
 say "$what on Debian $(cat "$directory/etc/debian_version") at $commit: $([ $status = 0 ] && echo passed || echo "failed ($status)")" \
   "after $(($(date +%s) - start)) s"
