@@ -16,6 +16,7 @@ html_context = {"navigation": navigation}
 highlight_language = "none"
 smartquotes = False  # options such as --listen stay as they are typed
 myst_heading_anchors = 6
+myst_enable_extensions = ["deflist"]  # options of manual pages
 suppress_warnings = ["myst.header"]
 exclude_patterns = ["theme"]
 

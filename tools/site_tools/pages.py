@@ -15,8 +15,8 @@ def read(name):
 
 def tree_files():
     """Names of all files of the tree, sorted: those that git knows or would add; in an archive without git, all."""
-    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-z", "-co", "--exclude-standard"], capture_output=True, text=True, check=False)
-    if listed.returncode == 0 and os.path.exists(os.path.join(ROOT, ".git")):
+    if os.path.exists(os.path.join(ROOT, ".git")):
+        listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-z", "-co", "--exclude-standard"], capture_output=True, text=True, check=True)
         names = [name for name in listed.stdout.split("\0") if name]
     else:
         names = []
