@@ -126,4 +126,4 @@ def nowhere_to_keep(test):
 
 
 if __name__ == "__main__":
-    main({"second_start": second_start, "damaged": damaged, "nowhere_to_keep": nowhere_to_keep}, ["fire3dv"])
+    main({"second_start": second_start, "damaged": damaged, "nowhere_to_keep": nowhere_to_keep}, ["fire3dv"], plain_images=True)

@@ -7,7 +7,7 @@ import signal
 import subprocess
 
 from glb_edit import add_variants, edit_glb
-from harness import HANG_S, Program, check, main, shown, vulkan_environment, wait_until
+from harness import HANG_S, PLAIN_IMAGES, Program, check, main, shown, vulkan_environment, wait_until
 from image_reader import PLACE_AT_REST, SQUARES, read_png, write_scene
 
 SIZE = "160x90"
@@ -24,9 +24,10 @@ def recording(test, attach=False):
     return path
 
 
-def command_of(test, file, out, *arguments, scene=True):
+def command_of(test, file, out, *arguments, scene=True, look=PLAIN_IMAGES):
+    """look: options of quality; () for the default: four samples, shadows by maps and rays."""
     return [test.programs_at["fire3dv"], "render", file, *([test.scene] if scene else []), "--out", out, "--validation",
-            "--cache", "off", "--tone-map", "none", "--size", SIZE, *map(str, arguments)]
+            "--cache", "off", "--tone-map", "none", "--size", SIZE, *look, *map(str, arguments)]
 
 
 def start(test, file, out, *arguments, **options):
@@ -99,23 +100,26 @@ def a_cold_start_changes_nothing(test):
     lines = lines_of(os.path.join(folder, "frames.jsonl"))
     # 30 to 33: the asset node exists, and nodes are hidden. The edits precede these frames, so none of them
     # draws the transition.
-    for first, last in ((7, 9), (14, 17), (32, 33)):
+    row, full = test.path("row"), {"look": ()}
+    render(test, recording(test), row, "--fps", FPS, "--start", 7 / FPS, "--end", 9 / FPS, **full)
+    for first, last, options in ((9, 9, full), (14, 17, {}), (32, 33, {})):
         out = test.path(f"alone{first}")
-        render(test, recording(test), out, "--fps", FPS, "--start", first / FPS, "--end", last / FPS)
+        render(test, recording(test), out, "--fps", FPS, "--start", first / FPS, "--end", last / FPS, **options)
         alone = lines_of(os.path.join(out, "frames.jsonl"))
         check(len(alone) == last - first + 1, f"{len(alone)} frames from {first} to {last}")
         for line in alone:
             wanted = lines[first + line["frame"]]
             check(line["streams"] == wanted["streams"], f"{line} is not {wanted}")
-            check(pixels_of(out, line) == pixels_of(folder, wanted), f"frame {wanted['frame']} drawn alone is another picture")
+            same = pixels_of(row, lines_of(os.path.join(row, "frames.jsonl"))[2]) if options else pixels_of(folder, wanted)
+            check(pixels_of(out, line) == same, f"frame {wanted['frame']} drawn alone is another picture")
 
 
 def paths_are_traced(test):
     """A path-traced frame depends on its own moment alone, and its file names the settings."""
     path = ("--fps", FPS, "--render", "path", "--spp", 1, "--bounces", 1, "--seed", 3)
     row, alone = test.path("row"), test.path("alone")
-    render(test, recording(test), row, *path, "--start", 20 / FPS, "--end", 21 / FPS)
-    render(test, recording(test), alone, *path, "--start", 21 / FPS, "--end", 21 / FPS)
+    render(test, recording(test), row, *path, "--start", 20 / FPS, "--end", 21 / FPS, look=())
+    render(test, recording(test), alone, *path, "--start", 21 / FPS, "--end", 21 / FPS, look=())
     lines, (line,) = lines_of(os.path.join(row, "frames.jsonl")), lines_of(os.path.join(alone, "frames.jsonl"))
     check(len(lines) == 2 and line["streams"] == lines[1]["streams"], f"{lines}, {line}")
     check((line["renderer"], line["samples_per_pixel"], line["bounces"], line["seed"]) == ("path", 1, 1, 3), line)
@@ -128,14 +132,14 @@ def a_killed_path_is_gone_on_with(test):
     path = ("--fps", FPS, "--render", "path", "--spp", 24, "--bounces", 1, "--start", 20 / FPS, "--end", 21 / FPS)
     out, whole = test.path("killed paths"), test.path("whole paths")
     file = os.path.join(out, "paths.checkpoint")
-    program = start(test, recording(test), out, *path, "--checkpoint", 0.001)
+    program = start(test, recording(test), out, *path, "--checkpoint", 0.001, look=())
     wait_until(lambda: f"a checkpoint; it said:\n{program.stderr_text()}",
                lambda: os.path.exists(file) or not program.alive())
     program.kill()
     check(os.path.exists(file), "the run ended before the kill")
-    said = render(test, recording(test), out, *path)
+    said = render(test, recording(test), out, *path, look=())
     check("info: going on after " in said and " of 24 samples per pixel" in said, said)
-    render(test, recording(test), whole, *path)
+    render(test, recording(test), whole, *path, look=())
     check(files_of(out) == files_of(whole), "what was gone on with is other bytes than a single run")
 
 
@@ -197,7 +201,7 @@ def joints_are_moved(test):
     wanted = {shown(line, "arm")["sequence"]: line for line in lines_of(os.path.join(out, "frames.jsonl"))}
     check(len(wanted) == 2, f"{wanted}")
 
-    replayed = test.renderer("--replay", recording(test), "--step", "--lockstep", "--exit-when-done", "--overlay", overlay, scene=scene)
+    replayed = test.renderer("--replay", recording(test), "--step", "--lockstep", "--exit-when-done", "--overlay", overlay, *PLAIN_IMAGES, scene=scene)
     replayed.expect_exit(0)
     same = {shown(line, "arm")["sequence"]: line for line in replayed.frames() if shown(line, "arm")}
     for sequence, line in wanted.items():
@@ -246,7 +250,8 @@ def shards_are_the_whole(test):
     with open(manifest, "w", encoding="utf-8") as file:
         file.write(text.replace("--tone-map none", "--tone-map aces"))
     said = join(test, *parts, "--out", test.path("x.mp4"), code=1)
-    check("do not belong together: look is --tone-map aces there and --tone-map none here" in said, said)
+    plain = " ".join(PLAIN_IMAGES)
+    check(f"do not belong together: look is --tone-map aces {plain} there and --tone-map none {plain} here" in said, said)
     shutil.copy(os.path.join(parts[0], "frame_000003.png"), os.path.join(parts[1], "frame_000015.png"))
     with open(manifest, "w", encoding="utf-8") as file:
         file.write(text)
@@ -310,7 +315,7 @@ def live_is_replayed_is_offline(test):
     recorder.expect_exit(0)
 
     offline = test.path("offline")
-    render(test, file, offline, "--fps", 100)  # the simulator's rate
+    render(test, file, offline, "--fps", 100, look=())  # the simulator's rate
     drawn = {shown(line, "arm")["sequence"]: line for line in lines_of(os.path.join(offline, "frames.jsonl"))}
     check(len(drawn) >= frames // 2, f"{len(drawn)} frames were recorded")
 

@@ -19,6 +19,7 @@ import time
 from image_reader import SIZE, Failure, check, read_png, write_scene
 
 HANG_S = 240
+PLAIN_IMAGES = ("--shadows", "off", "--samples", "1")  # a third less work, where shadows and edges do not count
 TRANSPORTS = ("shm", "tcp", "udp")
 
 
@@ -121,7 +122,7 @@ class Renderer(Program):
         command = [test.programs_at["fire3dv"], scene or test.scene, "--validation", "--tone-map", "none", "--ground", "off",
                    "--size", f"{size[0]}x{size[1]}", "--out", self.folder]
         command += ["--headless"] if headless else ["--gui", "off"]
-        command += ["--shadows", "off", "--samples", "1"] if test.plain_images else []
+        command += PLAIN_IMAGES if test.plain_images else ()
         command += [] if "--cache" in arguments else ["--cache", "off"]  # tests leave no cache entries behind
         for uri in listen:
             command += ["--listen", uri]
@@ -272,7 +273,7 @@ class Test:
     def viewer(self, scene, *arguments, size=SIZE, env=None):
         """fire3dv in a window, with a user's options: without the image options of a test."""
         command = [self.programs_at["fire3dv"], scene, "--validation", "--tone-map", "none", "--ground", "off", "--cache", "off",
-                   "--size", f"{size[0]}x{size[1]}", *arguments]
+                   "--size", f"{size[0]}x{size[1]}", *(PLAIN_IMAGES if self.plain_images else ()), *arguments]
         return Program(self, "fire3dv in a window", command, env or vulkan_environment())
 
     def publisher(self, uri, **options):

@@ -133,4 +133,4 @@ CASES = {f.__name__: on_a_screen(f) for f in (image_beside_panels, splitters, vi
 CASES["double_scale"] = on_a_screen(double_scale, size=(1280, 800), dpi=192)
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv"])
+    main(CASES, ["fire3dv"], plain_images=True)
