@@ -30,9 +30,8 @@ transport::http::AccessOptions access_options(const Options& options, const std:
 int list_devices(const gpu::Instance& instance) {
   const std::vector<gpu::DeviceReport> reports = gpu::report_devices(instance.handle());
   if (reports.empty()) {
-    return report_failure(
-        Error{"no Vulkan device found: install your GPU's driver, or mesa-vulkan-drivers for the CPU" +
-              gpu::describe_driver_files([](const char* name) { return std::getenv(name); })});
+    return report_failure(Error{"no Vulkan device found: " +
+                                gpu::driver_advice([](const char* name) { return std::getenv(name); })});
   }
   for (const gpu::DeviceReport& report : reports)
     std::printf("%s; %s\n", gpu::describe(report).c_str(), gpu::describe_identity(report).c_str());

@@ -29,4 +29,11 @@ std::string describe_driver_files(const std::function<const char*(const char*)>&
   return "";
 }
 
+std::string driver_advice(const std::function<const char*(const char*)>& environment) {
+  return "install your GPU's Vulkan driver (NVIDIA's also needs libegl1) or, for the CPU, "
+         "mesa-vulkan-drivers "
+         "(where FIRE-3DV is from pip: pip install fire3dv-cpu)" +
+         describe_driver_files(environment);
+}
+
 }  // namespace fire3dv::gpu

@@ -11,4 +11,7 @@ namespace fire3dv::gpu {
 // an error, starting with a separator; empty if neither is set. environment: getenv.
 std::string describe_driver_files(const std::function<const char*(const char*)>& environment);
 
+// What to do without a driver: which ones there are to install, and describe_driver_files.
+std::string driver_advice(const std::function<const char*(const char*)>& environment);
+
 }  // namespace fire3dv::gpu

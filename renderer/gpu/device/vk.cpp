@@ -125,8 +125,8 @@ Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& option
   info.ppEnabledExtensionNames = extensions.data();
   if (VkResult result = vkCreateInstance(&info, nullptr, &instance->handle_); result != VK_SUCCESS) {
     return Error{std::string("cannot create a Vulkan instance: ") + result_name(result) +
-                 "; is a Vulkan driver installed (mesa-vulkan-drivers, or your GPU's)?" +
-                 describe_driver_files([](const char* name) { return std::getenv(name); })};
+                 "; if no driver is installed, " +
+                 driver_advice([](const char* name) { return std::getenv(name); })};
   }
 
   if (options.validation) {

@@ -66,7 +66,7 @@ std::string mesa_update(std::span<const DeviceReport> reports) {
            " works. On Debian 12: sudo apt install -t bookworm-backports mesa-vulkan-drivers "
            "(docs/install.md "
            "says how to add backports). Elsewhere: sudo apt-get update && sudo apt-get install "
-           "mesa-vulkan-drivers";
+           "mesa-vulkan-drivers. Where FIRE-3DV is from pip: pip install fire3dv-cpu";
   }
   return "";
 }
@@ -120,9 +120,8 @@ HostFacts host_facts() {
 Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std::string_view wanted,
                                    const HostFacts& host) {
   if (reports.empty()) {
-    return Error{
-        "no Vulkan device found: install your GPU's Vulkan driver, or mesa-vulkan-drivers for the CPU" +
-        describe_driver_files([](const char* name) { return std::getenv(name); })};
+    return Error{"no Vulkan device found: " +
+                 driver_advice([](const char* name) { return std::getenv(name); })};
   }
 
   std::vector<const DeviceReport*> candidates;

@@ -61,6 +61,12 @@ TEST(DeviceChoice, OldMesaIsUpdated) {
   EXPECT_FALSE(mentions(choose_device({old}, "").error().message, "apt-get"));
 }
 
+TEST(DeviceChoice, NoDriverNamesDriversToInstall) {
+  const std::string text = choose_device({}, "").error().message;
+  EXPECT_TRUE(mentions(text, "mesa-vulkan-drivers")) << text;
+  EXPECT_TRUE(mentions(text, "pip install fire3dv-cpu")) << text;
+}
+
 TEST(DriverFiles, VariablesThatLeadNowhereAreNamed) {
   std::map<std::string, std::string> set;
   const auto note = [&set] {
