@@ -32,7 +32,8 @@ std::string glfw_error() {
 
 Result<std::unique_ptr<Window>> Window::open(const std::string& title, VkExtent2D size, Present present) {
   const auto no_window = [] {
-    return Error{"cannot open a window: " + glfw_error() + "; without a display, use --headless --out DIR"};
+    return Error{"cannot open a window: " + glfw_error() +
+                 "; without a display, use --headless --frames 1 --out DIR"};
   };
 #ifdef GLFW_PLATFORM  // since GLFW 3.4
   // Without these variables libwayland cannot connect, and prints a line of its own.

@@ -148,7 +148,7 @@ def served(test):
     raised(fire3dv.ArgumentError, "serve is 8080", lambda: fire3dv.Renderer(test.scene, program=silent, serve=8080))
     raised(fire3dv.ArgumentError, "arguments is one str; a list is needed",
            lambda: fire3dv.Renderer(test.scene, program=silent, arguments="--samples 1"))
-    windowless = script(test, "windowless", "echo 'fire3dv: error: no display; use --headless --out DIR'; exit 1")
+    windowless = script(test, "windowless", "echo 'fire3dv: error: no display; use --headless --frames 1 --out DIR'; exit 1")
     raised(fire3dv.RendererError, "no display; use headless=True",
            lambda: fire3dv.Renderer(test.scene, program=windowless, headless=False))
     # The program itself.

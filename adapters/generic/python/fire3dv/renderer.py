@@ -24,7 +24,7 @@ PROGRAM_NAME = "fire3dv"
 _QUOTED_LINES = 12
 _LISTENING = re.compile(r"listening on (\S+)$")
 _LINK = re.compile(r"\s*(control|view)\s+(https?://\S+#\S+)$")
-_HEADLESS = re.compile(r"\buse --headless( --out DIR)?")
+_HEADLESS = re.compile(r"\buse --headless( --frames 1 --out DIR)?")
 
 _ANY_PORT = "127.0.0.1:0"
 
