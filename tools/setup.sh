@@ -28,6 +28,7 @@ packages=(
   python3-yaml  # files of containers/
   go-md2man  # manual pages
   patchelf  # wheels: search paths of carried libraries
+  libegl1 libxext6  # wheels: carried for NVIDIA's driver
   ffmpeg     # video of the demo
   file       # packages: CPack finds programs with it
 )

@@ -101,6 +101,7 @@ def copy_programs(build, package):
             own.append(path)
         elif name in PROGRAMS:
             sys.exit(f"wheel.py: {path} is missing: build the target {name}")
+    carrier.what_drivers_need()
     write_licences(set(carrier.sources) - set(own), os.path.join(package, "licences"))
     return carrier
 

@@ -196,9 +196,11 @@ def check_wheel(work, wheel):
         text, name = run("readelf", "-dVW", path), os.path.relpath(path, package)
         for library in re.findall(r"\(NEEDED\).*\[(.*)\]", text):
             assert GLIBC.fullmatch(library) or library in libraries, f"{name} needs {library}, which the wheel lacks"
-        if not re.match(r"lib/(stdcxx|vulkan|x11)/", name):  # these replace libraries that the system lacks
+        if not re.match(r"lib/(stdcxx|vulkan|x11|xext|glvnd)/", name):  # these replace libraries that the system lacks
             newest = max(map(int, re.findall(r"Name: GLIBC_2\.(\d+)", text)), default=0)
             assert newest <= int(tag.group(1)), f"{name} needs glibc 2.{newest}, the wheel's tag promises {tag.group(1)}"
+    for library in ("xext/libXext.so.6", "glvnd/libEGL.so.1", "glvnd/libGLdispatch.so.0"):  # of NVIDIA's driver
+        assert os.path.exists(os.path.join(package, "lib", library)), f"the wheel lacks {library}"
     assert sorted(os.listdir(os.path.join(package, "bin"))) == WHEEL_PROGRAMS, os.listdir(os.path.join(package, "bin"))
     [entry_points] = glob.glob(os.path.join(folder, "*.dist-info", "entry_points.txt"))
     commands = re.findall(r"^([\w-]+) = fire3dv\.__main__:main$", open(entry_points, encoding="utf-8").read(), re.MULTILINE)

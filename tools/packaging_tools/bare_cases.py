@@ -35,7 +35,6 @@ class Case:
     status: int = 0
     says: Sequence[str] = ()
     says_not: Sequence[str] = ()
-    refused_by_pip: bool = False
 
 
 LONG = "~/" + "/".join(["a_folder_with_a_long_name_" + 40 * "x"] * 8)

@@ -17,7 +17,11 @@ FALLBACKS = {
     "stdcxx": re.compile(r"lib(stdc\+\+|gcc_s)\.so\.\d+"),
     "vulkan": re.compile(r"libvulkan\.so\.1"),
     "x11": re.compile(r"lib(X11|xcb|Xau|Xdmcp|bsd|md)\.so\.\d+"),
+    "xext": re.compile(r"libXext\.so\.6"),
+    "glvnd": re.compile(r"lib(EGL|GLdispatch)\.so\.\d+"),
 }
+# NVIDIA's Vulkan driver loads them, also without a display: without libEGL it has no vkCreateInstance. Containers often lack both.
+DRIVERS_NEED = ("libEGL.so.1", "libXext.so.6")
 
 
 def run(*command, **options):
@@ -78,6 +82,14 @@ class Carrier:
         _copy(source, target, self._replacements(source), ("--set-rpath", f"$ORIGIN/{up}/lib:$ORIGIN/{up}"))
         self.sources[source] = target
         return target
+
+    def what_drivers_need(self):
+        """Copies libraries that no program of ours needs."""
+        known = dict(re.findall(r"^\s*(\S+) \(libc6,x86-64.*\) => (/\S+)", run("/sbin/ldconfig", "-p"), re.MULTILINE))
+        for name in DRIVERS_NEED:
+            if name not in known:
+                sys.exit(f"wheel.py: {name} is missing: run tools/setup.sh")
+            self._library(name, known[name])
 
     def files(self, with_fallbacks=True):
         return [target for source, target in self.sources.items() if with_fallbacks or not fallback_of(os.path.basename(target))]

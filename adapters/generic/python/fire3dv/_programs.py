@@ -9,7 +9,8 @@ from typing import Dict, Mapping, Optional
 PACKAGE = os.path.dirname(os.path.abspath(__file__))
 PROGRAMS = os.path.join(PACKAGE, "bin")
 # Libraries that the system has, or that lie in lib/GROUP: the first one decides for its group.
-FALLBACKS = {"stdcxx": "libstdc++.so.6", "vulkan": "libvulkan.so.1", "x11": "libX11.so.6"}
+FALLBACKS = {"stdcxx": "libstdc++.so.6", "vulkan": "libvulkan.so.1", "x11": "libX11.so.6", "xext": "libXext.so.6",
+             "glvnd": "libEGL.so.1"}
 STDCXX_SYMBOLS = b"GLIBCXX_3.4.30"  # the newest that the programs need: GCC 12
 LOADER_VERSION = (1, 3, 234)  # the Vulkan loader that reads VK_ADD_DRIVER_FILES
 
