@@ -22,9 +22,11 @@ int main(int argc, char** argv) {
   std::printf("%s\n", (*link)->uri().c_str());
   std::fflush(stdout);
   wire::Decoder decoder;
-  bool over = false;
+  // A poll reads controls after poses: a goodbye may overtake poses, which one more poll delivers.
+  bool over = false, is_last = false;
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(std::atoi(argv[2]));
-  while (!over && std::chrono::steady_clock::now() < until) {
+  while (!is_last && std::chrono::steady_clock::now() < until) {
+    is_last = over;
     (*link)->wait(std::chrono::milliseconds(10));
     (*link)->poll([&](const transport::LinkEvent& event) {
       using Kind = transport::LinkEvent::Kind;
