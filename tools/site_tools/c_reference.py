@@ -133,9 +133,10 @@ def pages():
         rows.append(f"| [{header}.h]({header}.md) | {purpose} | {functions} |")
     result["index.md"] = "\n".join([
         "# C and C++ reference", "",
-        "The client library in C11, and the same for C++17 with RAII and exceptions: [client.hpp]"
-        f"(../../{FOLDER}/client.hpp) and [joints.hpp](../../{FOLDER}/joints.hpp), header only. They need no Vulkan.", "",
+        "The client library in C11, and the same for C++17 with RAII and exceptions, header only. They need no Vulkan.", "",
         "[Installation](../../docs/install.md#from-source), [an example](../../examples/client_c/README.md),",
         "[the same in Python](../python/index.md).", "",
-        "| header | contents | functions |", "|---|---|---|", *rows, ""])
+        "| C | contents | functions |", "|---|---|---|", *rows, "",
+        "| C++ | classes |", "|---|---|", "| [client.hpp](client_hpp.md) | `Stream`, `Description`, `Security`, `Image`, `ClientError` |",
+        "| [joints.hpp](joints_hpp.md) | `Robot` |", ""])
     return result

@@ -9,7 +9,7 @@ import posixpath
 import re
 import shutil
 
-from . import c_reference, markdown, python_reference
+from . import c_reference, cpp_reference, markdown, python_reference
 from .pages import ROOT, Navigation, read, tree_files
 
 IMAGES = (".png", ".svg", ".jpg", ".webp")
@@ -34,8 +34,8 @@ class Stage:
                 if not isinstance(entry, str):
                     self.indices[posixpath.commonpath([posixpath.dirname(name) for name in entry[1]])] = entry
         self._waiting = []
-        self._add_reference("reference/c", c_reference)
-        self._add_reference("reference/python", python_reference)
+        self._add_reference("reference/c", {**c_reference.pages(), **cpp_reference.pages()})
+        self._add_reference("reference/python", python_reference.pages())
         for name in self.navigation.pages():
             if name not in self.pages:
                 self._add(staged(name), name, page_text(name))
@@ -64,8 +64,8 @@ class Stage:
     def _place_of(self, name, source, target):
         if name.startswith("reference/"):
             return name
-        if name.startswith(c_reference.FOLDER) and name.endswith(".h"):
-            return f"reference/c/{posixpath.basename(name)[:-2]}.md"
+        if name.startswith(c_reference.FOLDER) and name.endswith((".h", ".hpp")):
+            return f"reference/c/{posixpath.basename(name).removesuffix('.h').replace('.', '_')}.md"
         if name in self.files:
             if name.endswith(IMAGES):
                 self.images.add(name)
@@ -100,8 +100,7 @@ class Stage:
         language = LANGUAGES.get(posixpath.splitext(name)[1], "text")
         self.pages[f"files/{name}.md"] = f"# {name}\n\nFile of the source tree.\n\n``````{language}\n{content.rstrip()}\n``````\n"
 
-    def _add_reference(self, folder, maker):
-        made = maker.pages()
+    def _add_reference(self, folder, made):
         for name, text in made.items():
             self._add(f"{folder}/{name}", f"{folder}/{name}", text)
         self.children[f"{folder}/index.md"] = [name for name in made if name != "index.md"]
