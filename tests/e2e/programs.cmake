@@ -60,7 +60,12 @@ if(TARGET fire3dv)
   fire3dv_e2e_test(loading SCRIPT loading_test.py PROGRAMS fire3dv)
   fire3dv_e2e_test(idle SCRIPT idle_test.py PROGRAMS fire3dv e2e_publisher)
   fire3dv_e2e_test(reload SCRIPT reload_test.py PROGRAMS fire3dv e2e_publisher)
-  fire3dv_e2e_test(devices SCRIPT devices_test.py PROGRAMS fire3dv fire3dv-drake)
+  fire3dv_e2e_test(devices SCRIPT devices/devices_test.py PROGRAMS fire3dv fire3dv-drake)
+  fire3dv_e2e_test(device_mask SCRIPT devices/device_mask_test.py PROGRAMS fire3dv
+                   CASES no_64_bit_atomics shaders_of_gpus refusals)
+  fire3dv_e2e_test(device_mask_long SCRIPT devices/device_mask_test.py PROGRAMS fire3dv
+                   CASES no_ray_query no_rays one_sample four_lanes few_features)
+  set_tests_properties(device_mask_long PROPERTIES LABELS long)
   fire3dv_e2e_test(bench SCRIPT bench_test.py PROGRAMS fire3dv-bench)
   fire3dv_e2e_test(contact_sheet SCRIPT contact_sheet_test.py PROGRAMS fire3dv-contact-sheet)
   fire3dv_e2e_test(outputs SCRIPT outputs_test.py PROGRAMS fire3dv)

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "renderer/gpu/device/device_features.h"
+#include "renderer/gpu/mask/device_mask.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -16,6 +17,7 @@ std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice physical) {
   vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+  device_mask().apply(families);
   return families;
 }
 
@@ -66,10 +68,11 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, uint32_t inde
   if (device->report_.ray_tracing_pipeline) device->acceleration_.pNext = &device->ray_pipeline_;
   vkGetPhysicalDeviceProperties2(devices[index], &properties);
   device->limits_ = properties.properties.limits;
+  device_mask().apply(device->limits_);
   device->identity_ = properties.properties;
 
   DeviceFeatures features;
-  vkGetPhysicalDeviceFeatures2(devices[index], features.query_chain(devices[index]));
+  features.query(devices[index]);
   std::vector<const char*> extensions;
   VkPhysicalDeviceFeatures2* enabled = features.enable_chain(extensions);
   if (present) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);

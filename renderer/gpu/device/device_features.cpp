@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "renderer/gpu/mask/device_mask.h"
+
 namespace fire3dv::gpu {
 namespace {
 
@@ -19,6 +21,7 @@ std::vector<VkExtensionProperties> device_extensions(VkPhysicalDevice device) {
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> extensions(count);
   vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+  std::erase_if(extensions, [](const auto& e) { return device_mask().hides_extension(e.extensionName); });
   return extensions;
 }
 
@@ -27,7 +30,7 @@ bool has_extension(const std::vector<VkExtensionProperties>& extensions, const c
                      [&](const VkExtensionProperties& e) { return std::strcmp(e.extensionName, name) == 0; });
 }
 
-VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) {
+void DeviceFeatures::query(VkPhysicalDevice device) {
   const std::vector<VkExtensionProperties> extensions = device_extensions(device);
   core.pNext = &vulkan11;
   vulkan11.pNext = &vulkan12;
@@ -50,7 +53,8 @@ VkPhysicalDeviceFeatures2* DeviceFeatures::query_chain(VkPhysicalDevice device) 
       tail = &ray_pipeline.pNext;
     }
   }
-  return &core;
+  vkGetPhysicalDeviceFeatures2(device, &core);
+  device_mask().apply(core.features, vulkan12);
 }
 
 std::vector<std::string> DeviceFeatures::missing_required() const {

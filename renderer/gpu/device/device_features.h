@@ -29,8 +29,8 @@ struct DeviceFeatures {
   DeviceFeatures(const DeviceFeatures&) = delete;  // the chain points into the object
   DeviceFeatures& operator=(const DeviceFeatures&) = delete;
 
-  // Links the structures of supported extensions. Pass the result to vkGetPhysicalDeviceFeatures2.
-  VkPhysicalDeviceFeatures2* query_chain(VkPhysicalDevice device);
+  // Fills the structures of supported extensions, less what the device's mask hides (gpu/mask).
+  void query(VkPhysicalDevice device);
   std::vector<std::string> missing_required() const;
   bool has_visible_coverage() const { return post_depth_coverage && core.features.sampleRateShading; }
   // Fragments can be sorted by depth in a buffer; see docs/design/transparency.md.

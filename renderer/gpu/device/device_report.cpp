@@ -6,6 +6,7 @@
 
 #include "renderer/gpu/device/device_features.h"
 #include "renderer/gpu/device/queues.h"
+#include "renderer/gpu/mask/device_mask.h"
 
 namespace fire3dv::gpu {
 namespace {
@@ -33,6 +34,17 @@ std::string comma_separated(const std::vector<std::string>& parts) {
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return text;
+}
+
+bool has_subgroup_operations(VkPhysicalDevice device) {
+  VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
+  vkGetPhysicalDeviceProperties2(device, &properties);
+  device_mask().apply(subgroups);
+  constexpr VkSubgroupFeatureFlags kNeeded =
+      VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
+  return (subgroups.subgroupSupportedOperations & kNeeded) == kNeeded &&
+         (subgroups.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
 }
 
 std::string pci_address_text(const VkPhysicalDevicePCIBusInfoPropertiesEXT& pci) {
@@ -79,12 +91,15 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   const bool has_pci = has_extension(device_extensions(device), VK_EXT_PCI_BUS_INFO_EXTENSION_NAME);
   if (has_pci) id.pNext = &pci;
   vkGetPhysicalDeviceProperties2(device, &properties);
+  const DeviceMask& mask = device_mask();
+  mask.apply(properties.properties.limits);
 
   DeviceReport report;
   report.index = index;
   report.name = properties.properties.deviceName;
   report.driver = std::string(driver.driverName) + " " + driver.driverInfo;
   report.type = device_type(properties.properties);
+  if (mask.no_software && report.type == DeviceType::software) report.type = DeviceType::discrete;
   report.api_version = properties.properties.apiVersion;
   report.vendor_id = properties.properties.vendorID;
   report.uuid = uuid_text(id.deviceUUID);
@@ -100,11 +115,13 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   }
 
   DeviceFeatures features;
-  vkGetPhysicalDeviceFeatures2(device, features.query_chain(device));
+  features.query(device);
   report.missing = features.missing_required();
   const VkPhysicalDeviceLimits& limits = properties.properties.limits;
   if (std::min(limits.maxComputeWorkGroupInvocations, limits.maxComputeWorkGroupSize[0]) < kMaxThreads)
     report.missing.push_back("workgroups of " + std::to_string(kMaxThreads) + " threads");
+  if (!has_subgroup_operations(device))
+    report.missing.push_back("subgroup ballot and arithmetic in compute shaders");
   report.ray_query = features.has_ray_query();
   report.ray_tracing_pipeline = features.has_ray_tracing_pipeline();
   report.int64_atomics = features.vulkan12.shaderBufferInt64Atomics;
@@ -120,6 +137,7 @@ DeviceReport report_device(VkPhysicalDevice device, uint32_t index) {
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, nullptr);
   std::vector<VkQueueFamilyProperties> families(family_count);
   vkGetPhysicalDeviceQueueFamilyProperties(device, &family_count, families.data());
+  mask.apply(families);
   const std::optional<QueueChoice> queues = choose_queues(families, AsyncCompute::automatic);
   if (!queues) report.missing.push_back("a queue for graphics and compute");
   report.async_compute = queues && queues->async != AsyncQueue::none;
@@ -141,6 +159,7 @@ std::string describe(const DeviceReport& report) {
                      ", " + report.driver + ", Vulkan " +
                      std::to_string(VK_API_VERSION_MAJOR(report.api_version)) + "." +
                      std::to_string(VK_API_VERSION_MINOR(report.api_version)) + ")";
+  if (!device_mask().text.empty()) text += "; masked by FIRE3DV_DEVICE_MASK=" + device_mask().text;
   if (!report.usable()) return text + "; cannot be used, lacks: " + comma_separated(report.missing);
   std::vector<std::string> gives, lacks;
   (report.ray_query ? gives : lacks).push_back("ray query");

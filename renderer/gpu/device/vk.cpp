@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "renderer/gpu/device/driver_files.h"
+#include "renderer/gpu/mask/device_mask.h"
 
 namespace fire3dv::gpu {
 
@@ -89,6 +90,7 @@ Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& option
                  " is not installed: install vulkan-validationlayers or leave out --validation"};
   }
 
+  if (const Result<DeviceMask>& mask = environment_mask(); !mask) return mask.error();
   std::unique_ptr<Instance> instance(new Instance);
   std::vector<const char*> extensions = options.window_extensions;
   std::vector<const char*> layers;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/gpu/mask/device_mask.h"
 #include "shaders/embedded.h"
 
 namespace fire3dv::gpu {
@@ -108,8 +109,8 @@ bool uses_cpu_variants(const Device& device) {
   VkPhysicalDeviceVulkan11Properties subgroups{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES};
   VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroups, {}};
   vkGetPhysicalDeviceProperties2(device.physical(), &properties);
-  constexpr VkSubgroupFeatureFlags kNeeded = VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
-  return subgroups.subgroupSize == 8 && (subgroups.subgroupSupportedOperations & kNeeded) == kNeeded;
+  device_mask().apply(subgroups);
+  return subgroups.subgroupSize == 8;
 }
 
 namespace {

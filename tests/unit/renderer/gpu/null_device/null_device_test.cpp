@@ -79,9 +79,11 @@ class NullDevice {
       return;
     }
     report_ = reports[0];
+    EXPECT_NE(report_.name.find("Null hardware"), std::string::npos)
+        << report_.name << ": set VK_DRIVER_FILES to RADV's";
     uint32_t count = 1;
     vkEnumeratePhysicalDevices(instance_->handle(), &count, &physical_);
-    vkGetPhysicalDeviceFeatures2(physical_, features_.query_chain(physical_));
+    features_.query(physical_);
     std::vector<const char*> extensions;
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
@@ -344,7 +346,6 @@ int create_pipelines(const NullDevice& device, const std::string& name, Constant
   }
   return 1;
 }
-
 
 struct Generation {
   const char* family;
