@@ -1,13 +1,17 @@
-// Commands `fire3dv render` and `fire3dv join`: their options and main functions.
+// Commands `fire3dv render` and `fire3dv join`: their options and main functions, also for `fire3dv dataset`.
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "renderer/app/options/options.h"
+#include "renderer/offline/frame_format.h"
+#include "renderer/offline/image_set.h"
 #include "renderer/offline/timeline.h"
 
 namespace fire3dv::offline {
@@ -20,11 +24,11 @@ struct VideoOptions {
 };
 
 struct RenderOptions {
-  std::string recording;
-  app::Options drawing;  // scene, camera, size, device and appearance
-  std::string look;      // those drawing options that affect pixels
-  FrameRate rate;
-  double start_s = 0;  // after the first frame of the recording
+  std::string recording;                        // empty: the scene at rest; `fire3dv dataset` only
+  app::Options drawing;                         // scene, camera, size, device and appearance
+  std::string look;                             // those drawing options that affect pixels
+  std::optional<FrameRate> rate = FrameRate{};  // nullopt: each recorded frame
+  double start_s = 0;                           // after the first frame of the recording
   std::optional<double> end_s;
   std::string clock;          // stream whose simulator time is used; empty: the first one's
   std::filesystem::path out;  // a video by its extension, else a folder
@@ -43,12 +47,19 @@ struct JoinOptions {
 std::variant<RenderOptions, int> parse_render_options(int argc, char** argv);
 std::variant<JoinOptions, int> parse_join_options(int argc, char** argv);
 
-// `fire3dv render`: renders a recording to a video or to a frame folder. Returns the exit code.
-int render(const RenderOptions& options);
+// `fire3dv render`: renders a recording to a video or to a frame folder. Returns the exit code. set: not null
+// for data sets, into a folder.
+int render(const RenderOptions& options, ImageSet* set);
+inline int render(const RenderOptions& options) {
+  return render(options, nullptr);
+}
 
 // `fire3dv join`: merges the frames of shards into one video or one folder. It fails unless each frame exists
 // exactly once and all shards have the same recording and settings. Returns the exit code.
-int join(const JoinOptions& options);
+// find_format: format of the folders; a null one: colours alone.
+using FindFormat =
+    std::function<Result<std::shared_ptr<FrameFormat>>(const std::vector<std::filesystem::path>& folders)>;
+int join(const JoinOptions& options, const FindFormat& find_format);
 
 // Encodes one complete frame folder, then deletes the files that fire3dv wrote there. Returns false if the
 // user stopped it.

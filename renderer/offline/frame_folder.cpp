@@ -13,8 +13,6 @@
 
 #include "base/files.h"
 #include "base/process/start_thread.h"
-#include "renderer/sinks/output_text.h"
-#include "renderer/sinks/png.h"
 
 namespace fire3dv::offline {
 namespace {
@@ -22,23 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr unsigned kMaxWorkers = 16;
-constexpr uint64_t kMaxLineBytes = 1 << 20;
-constexpr uint64_t kMaxFrameBytes = uint64_t{2} << 30;
-
-// Checks signature and end of a PNG. Files are renamed when complete, so only a power cut leaves a partial
-// one.
-bool is_whole_png(const fs::path& path) {
-  constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  constexpr std::array<unsigned char, 8> kEnd{'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
-  std::array<unsigned char, 8> begin{}, end{};
-  std::error_code fault;
-  if (!fs::is_regular_file(fs::symlink_status(path, fault)) || fault) return false;
-  std::ifstream file(path, std::ios::binary);
-  file.read(reinterpret_cast<char*>(begin.data()), begin.size());
-  file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-  file.read(reinterpret_cast<char*>(end.data()), end.size());
-  return file && begin == kBegin && end == kEnd;
-}
+constexpr uint64_t kMaxLineBytes = 16 << 20;  // labels of thousands of instances
 
 // Line reader for an untrusted file: neither a pipe nor an endless line blocks it.
 class ListLines {
@@ -82,8 +64,9 @@ Error in_the_way(const fs::path& folder, const std::string& why) {
 
 }  // namespace
 
-Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, const Manifest& manifest) {
-  std::map<uint64_t, std::string> frames;
+Result<FrameLines> listed_frames(const fs::path& folder, const Manifest& manifest,
+                                 const FrameFormat& format) {
+  FrameLines frames;
   const Error strange{(folder / kFrameListName).string() + " is not what fire3dv render writes: remove " +
                       folder.string()};
   std::error_code fault;
@@ -97,40 +80,24 @@ Result<std::map<uint64_t, std::string>> listed_frames(const fs::path& folder, co
     const auto number = json.is_object() ? json.find("frame") : json.end();
     if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
     const auto frame = number->get<uint64_t>();
-    // The file name is derived from the number, so a list cannot name other files.
     if (frame < part.first || frame - part.first >= part.frames || frames.contains(frame)) continue;
-    if (is_whole_png(folder / frame_file_name(frame))) frames[frame] = std::move(line);
+    if (format.is_complete(folder, frame, json)) frames[frame] = std::move(line);
   }
   if (list.too_long()) return strange;
   return frames;
 }
 
-Result<StoredFrame> read_frame(const fs::path& folder, uint64_t frame, const Manifest& manifest) {
-  const fs::path path = folder / frame_file_name(frame);
-  StoredFrame stored;
-  auto bytes = read_whole_file(path, kMaxFrameBytes);
-  if (!bytes) return bytes.error();
-  auto png = sinks::decode_png(*bytes);
-  if (!png) return Error{"cannot read " + path.string() + ": " + png.error().message};
-  stored.bytes = std::move(*bytes);
-  stored.image = std::move(png->image);
-  if (stored.image.frame_index != frame || stored.image.width != manifest.width ||
-      stored.image.height != manifest.height)
-    return Error{path.string() +
-                 " is not the frame that its name says: remove it and render its shard again"};
-  return stored;
-}
-
-Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest) {
+Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, const Manifest& manifest,
+                                                       std::shared_ptr<FrameFormat> format) {
   if (auto made = base::create_folder(folder); !made) return made.error();
-  std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest));
+  std::unique_ptr<FrameFolder> result(new FrameFolder(folder, manifest, std::move(format)));
   if (auto locked = result->lock(); !locked) return locked.error();
   auto before = read_manifest(folder);
   if (!before) return before.error();
   if (*before) {
     if (const auto other = difference(**before, manifest, true)) return in_the_way(folder, *other);
     result->machine_before_ = (*before)->machine;
-    auto listed = listed_frames(folder, manifest);
+    auto listed = listed_frames(folder, manifest, *result->format_);
     if (!listed) return listed.error();
     result->existing_ = std::move(*listed);
   } else {
@@ -156,6 +123,7 @@ Result<void> FrameFolder::begin(const Machine& machine) {
   for (const std::string_view name : {std::string_view("frame"), std::string_view(kManifestName)})
     base::remove_abandoned_temporaries(folder_, name);
   if (auto written = write_manifest(folder_, manifest_); !written) return written;
+  if (auto begun = format_->begin(folder_); !begun) return begun;
   if (auto written = write_list(); !written) return written;
   errno = 0;
   list_.open(folder_ / kFrameListName, std::ios::app);
@@ -183,12 +151,9 @@ Result<void> FrameFolder::consume(sinks::FrameImage&& image) {
 }
 
 Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, const std::string& line) {
-  auto stored = read_frame(from_folder, frame, manifest_);
-  if (!stored) return stored.error();
-  if (auto written =
-          write_whole_file(folder_ / frame_file_name(frame), stored->bytes, base::Durability::contents);
-      !written)
-    return written;
+  auto loaded = format_->load(from_folder, frame, line, manifest_);
+  if (!loaded) return loaded.error();
+  if (auto written = write_files(*loaded); !written) return written;
   const std::lock_guard lock(mutex_);
   auto job = std::make_unique<Job>();
   job->image.frame_index = frame;
@@ -211,16 +176,25 @@ void FrameFolder::work() {
     Job& job = **found;  // address-stable until it is written
     job.started = true;
     lock.unlock();
-    const std::string name = frame_file_name(job.image.frame_index);
-    Result<void> written = sinks::write_png(folder_ / name, job.image, base::Durability::contents);
-    job.line = sinks::frame_line({name, {}}, job.image);
+    auto encoded = format_->encode(job.image);
+    Result<void> written = encoded ? write_files(*encoded) : Result<void>(encoded.error());
+    if (encoded) job.line = std::move(encoded->line) + "\n";
     job.image.rgba8 = {};
+    job.image.planes.clear();
     lock.lock();
     if (!written && !error_) error_ = written.error();
     job.written = written.ok();
     list_written();
     changed_.notify_all();
   }
+}
+
+Result<void> FrameFolder::write_files(const EncodedFrame& frame) const {
+  for (const FolderFile& file : frame.files) {
+    auto written = write_whole_file(folder_ / file.name, file.bytes, base::Durability::contents);
+    if (!written) return written;
+  }
+  return {};
 }
 
 void FrameFolder::list_written() {
@@ -266,6 +240,11 @@ Result<void> FrameFolder::finish() {
     return Error{"cannot flush the frames in " + folder_.string() +
                  " to the disk: " + base::system_reason(fault)};
   return {};
+}
+
+Result<void> FrameFolder::complete_run() {
+  if (existing_.size() != manifest_.images()) return {};
+  return format_->complete(folder_, existing_);
 }
 
 Result<void> FrameFolder::write_list() {

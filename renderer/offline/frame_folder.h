@@ -1,10 +1,10 @@
 // Resumable frame folder: the output of an offline run, and its sink with several encoder threads:
 //
 //   DIR/manifest.json      settings, frame range and machine (manifest.h)
-//   DIR/frame_000000.png   and so on, each complete or absent
-//   DIR/frames.jsonl       one line per frame: file, camera, pose frames (output_text.h)
+//   DIR/frame_000000.png   and so on, each complete or absent; other files with other formats
+//   (frame_format.h) DIR/frames.jsonl       one line per frame: file, camera, pose frames (output_text.h)
 //
-// A frame counts as done if its file is complete and listed. Lines are written in frame order.
+// A frame counts as done if its files are complete and it is listed. Lines are written in frame order.
 #pragma once
 
 #include <condition_variable>
@@ -21,28 +21,23 @@
 #include <vector>
 
 #include "base/unique_fd.h"
+#include "renderer/offline/frame_format.h"
 #include "renderer/offline/manifest.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::offline {
 
 // Returns the complete and listed frames of a folder with their lines (without line feed).
-Result<std::map<uint64_t, std::string>> listed_frames(const std::filesystem::path& folder,
-                                                      const Manifest& manifest);
-
-// Reads one listed frame with its file's bytes. Fails if the file holds another frame or size.
-struct StoredFrame {
-  std::vector<uint8_t> bytes;
-  sinks::FrameImage image;
-};
-Result<StoredFrame> read_frame(const std::filesystem::path& folder, uint64_t frame, const Manifest& manifest);
+Result<FrameLines> listed_frames(const std::filesystem::path& folder, const Manifest& manifest,
+                                 const FrameFormat& format = PngFrames());
 
 class FrameFolder final : public sinks::FrameSink {
  public:
   // Creates or reopens the folder and keeps frames of the same run. Fails if the folder holds anything else,
   // or if a path element is in the way.
-  static Result<std::unique_ptr<FrameFolder>> open(const std::filesystem::path& folder,
-                                                   const Manifest& manifest);
+  static Result<std::unique_ptr<FrameFolder>> open(
+      const std::filesystem::path& folder, const Manifest& manifest,
+      std::shared_ptr<FrameFormat> format = std::make_shared<PngFrames>());
   ~FrameFolder() override;
 
   bool has(uint64_t frame) const { return existing_.contains(frame); }
@@ -57,16 +52,20 @@ class FrameFolder final : public sinks::FrameSink {
   Result<void> copy(uint64_t frame, const std::filesystem::path& from_folder, const std::string& line);
   // Writes the list in frame order.
   Result<void> finish() override;
+  // Lets the format complete the run if all frames of all shards are here. After finish(), or if nothing was
+  // left to draw.
+  Result<void> complete_run();
 
  private:
-  FrameFolder(std::filesystem::path folder, Manifest manifest)
-      : folder_(std::move(folder)), manifest_(std::move(manifest)) {}
+  FrameFolder(std::filesystem::path folder, Manifest manifest, std::shared_ptr<FrameFormat> format)
+      : folder_(std::move(folder)), manifest_(std::move(manifest)), format_(std::move(format)) {}
   struct Job {
     sinks::FrameImage image;
     std::string line;
     bool started = false, written = false;
   };
   void work();
+  Result<void> write_files(const EncodedFrame& frame) const;
   void list_written();  // requires mutex_
   void end_threads();
   Result<void> write_list();
@@ -77,7 +76,8 @@ class FrameFolder final : public sinks::FrameSink {
   const std::filesystem::path folder_;
   UniqueFd lock_;  // excludes a second run in the same folder
   Manifest manifest_;
-  std::map<uint64_t, std::string> existing_;  // lines of existing frames
+  const std::shared_ptr<FrameFormat> format_;
+  FrameLines existing_;  // lines of existing frames
   std::optional<Machine> machine_before_;
 
   std::mutex ending_mutex_;  // of finish(), which several threads may call
@@ -85,7 +85,7 @@ class FrameFolder final : public sinks::FrameSink {
   std::condition_variable changed_;
   std::deque<std::unique_ptr<Job>> jobs_;  // in frame order; a line is written after all earlier ones
   std::ofstream list_;
-  std::map<uint64_t, std::string> lines_;  // of this run
+  FrameLines lines_;  // of this run
   bool closing_ = false;
   std::optional<Error> error_;
   bool error_reported_ = false;

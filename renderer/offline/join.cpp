@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <system_error>
 
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/process/progress.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/stop_signals.h"
@@ -20,8 +22,9 @@ struct Found {
 };
 
 struct Whole {
-  Manifest manifest;                 // of all shards together
-  std::map<uint64_t, Found> frames;  // complete
+  Manifest manifest;                    // of all shards together
+  std::map<uint64_t, Found> frames;     // complete
+  std::shared_ptr<FrameFormat> format;  // null: colours alone
 };
 
 std::string frames_text(uint64_t first, uint64_t last) {
@@ -54,7 +57,7 @@ void warn_of_different_machines(const std::vector<std::pair<std::filesystem::pat
 
 // Fails with the first gap, and names the shard that would fill it.
 Result<void> check_all_there(const Whole& whole) {
-  const uint64_t frames = whole.manifest.times.frames;
+  const uint64_t frames = whole.manifest.images();
   uint64_t next = 0;
   for (const auto& [frame, found] : whole.frames) {
     if (frame != next) break;
@@ -77,8 +80,16 @@ Result<void> check_all_there(const Whole& whole) {
   return Error{text + ": render them with the same command, which goes on where it stopped"};
 }
 
-Result<Whole> begin_assembly(const std::vector<std::filesystem::path>& folders) {
+Result<Whole> begin_assembly(const std::vector<std::filesystem::path>& folders,
+                             const FindFormat& find_format = nullptr) {
   Whole whole;
+  if (find_format) {
+    auto found = find_format(folders);
+    if (!found) return found.error();
+    whole.format = std::move(*found);
+  }
+  const PngFrames png_frames;
+  const FrameFormat& format = whole.format ? *whole.format : static_cast<const FrameFormat&>(png_frames);
   std::vector<std::pair<std::filesystem::path, Machine>> machines;
   for (const std::filesystem::path& folder : folders) {
     auto manifest = manifest_of(folder);
@@ -87,7 +98,7 @@ Result<Whole> begin_assembly(const std::vector<std::filesystem::path>& folders) 
     if (const auto other = difference(*manifest, whole.manifest, false))
       return Error{folder.string() + " and " + folders.front().string() +
                    " do not belong together: " + *other + " (there: " + folder.string() + ")"};
-    auto frames = listed_frames(folder, *manifest);
+    auto frames = listed_frames(folder, *manifest, format);
     if (!frames) return frames.error();
     if (!frames->empty()) machines.emplace_back(folder, manifest->machine);
     for (auto& [frame, line] : *frames) {
@@ -134,7 +145,7 @@ Result<bool> encode(const Whole& whole, const std::filesystem::path& out, const 
 Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
   Manifest manifest = whole.manifest;
   manifest.shard = manifest.shards = 1;
-  auto folder = FrameFolder::open(out, manifest);
+  auto folder = FrameFolder::open(out, manifest, whole.format ? whole.format : std::make_shared<PngFrames>());
   if (!folder) return folder.error();
   if (auto begun = (*folder)->begin(manifest.machine); !begun) return begun.error();
   for (const auto& [frame, found] : whole.frames) {
@@ -146,15 +157,18 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
     if (auto copied = (*folder)->copy(frame, found.folder, found.line); !copied) return copied.error();
   }
   if (auto finished = (*folder)->finish(); !finished) return finished.error();
-  log_message(std::to_string(whole.frames.size()) + " frames in " + out.string());
+  if (auto completed = (*folder)->complete_run(); !completed) return completed.error();
+  log_message(counted(whole.frames.size(), whole.format ? "image" : "frame") + " in " + out.string());
   return true;
 }
 
 }  // namespace
 
-int join(const JoinOptions& options) {
-  const auto whole = begin_assembly(options.folders);
+int join(const JoinOptions& options, const FindFormat& find_format) {
+  const auto whole = begin_assembly(options.folders, find_format);
   if (!whole) return report_failure(whole.error());
+  if (whole->format && sinks::is_video_name(options.out))
+    return report_failure(Error{"the parts are of a data set, not of a video: name a folder with --out"});
   const auto done = sinks::is_video_name(options.out) ? encode(*whole, options.out, options.video)
                                                       : copy_all(*whole, options.out);
   if (!done) return report_failure(done.error());

@@ -21,6 +21,7 @@ constexpr uint64_t kMaxManifestBytes = 1 << 20;
 constexpr const char* kFormat = "fire3dv frames";
 constexpr int kVersion = 1;
 constexpr uint32_t kMaxShards = 100'000;
+constexpr const char* kRecordedRate = "recorded";
 constexpr size_t kMaxSettings = 64;  // look-ups are linear
 
 std::string shown(const std::string& text) {
@@ -31,10 +32,15 @@ std::string size_text(const Manifest& manifest) {
   return std::to_string(manifest.width) + "x" + std::to_string(manifest.height);
 }
 
+std::string rate_text(const FrameTimes& times) {
+  return times.is_recorded ? kRecordedRate : to_text(times.rate);
+}
+
 // Named values that determine the bytes of frames.
 std::vector<std::pair<std::string, std::string>> facts(const Manifest& manifest) {
   std::vector<std::pair<std::string, std::string>> facts = manifest.settings;
-  facts.emplace_back("fps", to_text(manifest.times.rate));
+  facts.emplace_back("fps", rate_text(manifest.times));
+  facts.emplace_back("the number of cameras", std::to_string(manifest.cameras));
   facts.emplace_back("size", size_text(manifest));
   facts.emplace_back("the first frame's time", std::to_string(manifest.times.first_ns) + " ns");
   facts.emplace_back("the number of frames", std::to_string(manifest.times.frames));
@@ -87,9 +93,13 @@ bool parse(const ordered_json& json, Manifest& manifest) {
       !get(json, "shards", 1u, kMaxShards, manifest.shards) ||
       !get(json, "shard", 1u, manifest.shards, manifest.shard))
     return false;
-  const auto parsed = parse_frame_rate(rate);
-  if (!parsed) return false;
-  manifest.times.rate = *parsed;
+  if (json.contains("cameras") && !get(json, "cameras", 1u, kMaxCameras, manifest.cameras)) return false;
+  manifest.times.is_recorded = rate == kRecordedRate;
+  if (!manifest.times.is_recorded) {
+    const auto parsed = parse_frame_rate(rate);
+    if (!parsed) return false;
+    manifest.times.rate = *parsed;
+  }
   return get(*machine, "device", manifest.machine.device) &&
          get(*machine, "driver", manifest.machine.driver) && get(*machine, "cpu", manifest.machine.cpu);
 }
@@ -150,9 +160,10 @@ Result<void> write_manifest(const std::filesystem::path& folder, const Manifest&
   json["version"] = kVersion;
   ordered_json& settings = json["settings"] = ordered_json::object();
   for (const auto& [name, value] : manifest.settings) settings[name] = printable_text(value, 4096);
-  json["fps"] = to_text(manifest.times.rate);
+  json["fps"] = rate_text(manifest.times);
   json["first_ns"] = manifest.times.first_ns;
   json["frames"] = manifest.times.frames;
+  if (manifest.cameras != 1) json["cameras"] = manifest.cameras;
   json["width"] = manifest.width;
   json["height"] = manifest.height;
   json["shard"] = manifest.shard;

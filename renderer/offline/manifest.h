@@ -24,12 +24,14 @@ struct Machine {
 struct Manifest {
   // Names (for messages) and values; frames belong together only if all are equal.
   std::vector<std::pair<std::string, std::string>> settings;
-  FrameTimes times;  // of all shards together
+  FrameTimes times;      // of all shards together
+  uint32_t cameras = 1;  // images of each frame; image k is of frame k / cameras and camera k % cameras
   uint32_t width = 0, height = 0;
   uint32_t shard = 1, shards = 1;
   Machine machine;
 
-  Part part() const { return part_of(times.frames, shard, shards); }
+  uint64_t images() const { return times.frames * cameras; }
+  Part part() const { return part_of(images(), shard, shards); }  // of the images
 };
 
 // Encodes a setting's value as valid UTF-8 of bounded length. A shortened value includes its digest, so that

@@ -35,21 +35,21 @@ std::string scene_hint(record::Playback& playback) {
 
 Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options& options,
                                                              const scene::SceneCacheSettings& cache,
-                                                             record::Playback& playback,
+                                                             record::Playback* playback,
                                                              std::function<bool()> should_stop) {
   std::unique_ptr<RecordingScene> scene(new RecordingScene);
   std::filesystem::path path = options.scene;
   scene->title_ = path.string();
   if (path.empty()) {
-    const std::string file = wire::printable(playback.reader().name(), 4096);
-    const auto& attachments = playback.reader().index().attachments;
+    const std::string file = wire::printable(playback->reader().name(), 4096);
+    const auto& attachments = playback->reader().index().attachments;
     const auto scenes =
         std::ranges::count(attachments, record::kGlbType, &record::AttachmentIndex::media_type);
     if (scenes != 1)
       return Error{file + " has " + (scenes == 0 ? "no scene" : std::to_string(scenes) + " scenes") +
-                   " in it" + scene_hint(playback) +
+                   " in it" + scene_hint(*playback) +
                    ": name the one to draw, as in fire3dv render FILE.mcap SCENE.glb"};
-    auto recorded = app::RecordedScene::extract(playback.reader());
+    auto recorded = app::RecordedScene::extract(playback->reader());
     if (!recorded) return recorded.error();
     scene->recorded_ = std::move(*recorded);
     path = scene->recorded_->path();
@@ -67,39 +67,41 @@ OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
     : parts_(parts), times_(times), frames_(parts.device), captures_(parts.device) {
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
-  (void)parts_.camera.view(parts_.poses,
-                           static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  for (const app::CameraRig& camera : parts_.cameras)
+    (void)camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
 }
 
 Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
                               const std::function<bool()>& should_stop) {
-  Progress progress("fire3dv", "frames:");
+  Progress progress("fire3dv", parts_.set ? "images:" : "frames:");
   const uint64_t end = part.first + part.frames;
-  uint64_t frame = part.first;
-  for (; frame < end && !should_stop(); ++frame) {
-    if (!is_wanted(frame)) continue;
-    advance(frame);
-    const auto drawn = draw(frame, should_stop);
+  uint64_t image = part.first;
+  for (; image < end && !should_stop(); ++image) {
+    if (!is_wanted(image)) continue;
+    advance(image / parts_.cameras.size());
+    const auto drawn = draw(image, should_stop);
     if (!drawn) return drawn.error();
     if (!*drawn) break;
     if (auto delivered = deliver(); !delivered) return delivered.error();
-    progress.update_with_end(frame + 1 - part.first, part.frames);
+    progress.update_with_end(image + 1 - part.first, part.frames);
   }
   parts_.device.wait(parts_.device.last_submitted());
   if (auto delivered = deliver(); !delivered) return delivered.error();
-  return frame == end;
+  return image == end;
 }
 
 // Waits until all scene changes of the moment are loaded, so that the image is deterministic.
 void OfflineLoop::advance(uint64_t frame) {
   const int64_t line_ns = times_.at_ns(frame);
-  parts_.streams.advance(line_ns);
+  if (parts_.streams) parts_.streams->advance(line_ns);
   parts_.scene.follow();
   while (!parts_.scene.settled()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     parts_.scene.follow();
   }
-  for (const std::string& note : parts_.streams.take_log_messages()) log_message(note);
+  if (parts_.streams) {
+    for (const std::string& note : parts_.streams->take_log_messages()) log_message(note);
+  }
   for (const std::string& note : parts_.scene.take_log_messages()) log_message(note);
   const bool is_new_scene = posed_scene_ != parts_.scene.replaced();
   posed_scene_ = parts_.scene.replaced();
@@ -119,12 +121,14 @@ void OfflineLoop::pose(state::RestPose rest) {
   parts_.poses.set_rest(rest);
 }
 
-Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& should_stop) {
+Result<bool> OfflineLoop::draw(uint64_t image, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   parts_.scene.show_markers();
-  const passes::View view =
-      parts_.camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
-  Progress progress("fire3dv", "frame " + std::to_string(frame) + ": samples per pixel:");
+  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const app::CameraRig& camera = parts_.cameras[image % parts_.cameras.size()];
+  const passes::View view = camera.view(parts_.poses, aspect);
+  Progress progress("fire3dv",
+                    (parts_.set ? "image " : "frame ") + std::to_string(image) + ": samples per pixel:");
   passes::PathHooks hooks{.should_stop = should_stop};
   if (const passes::PathPass* const paths = parts_.renderer.path_tracer()) {
     hooks.progress = [&, samples = paths->settings().samples_per_pixel](uint64_t done, uint64_t total) {
@@ -132,16 +136,25 @@ Result<bool> OfflineLoop::draw(uint64_t frame, const std::function<bool()>& shou
     };
     if (parts_.checkpoint)
       parts_.checkpoint->attach(
-          {frame, extent, parts_.poses, view, parts_.scene.scene(), parts_.scene.replaced()}, hooks);
+          {image, extent, parts_.poses, view, parts_.scene.scene(), parts_.scene.replaced()}, hooks);
   }
-  auto begun =
-      parts_.renderer.begin_next(frames_, {.extent = extent, .markers = true}, parts_.poses, view, hooks);
+  const wire::ImageOutputs outputs = parts_.set ? parts_.set->outputs() : wire::ImageOutputs();
+  auto begun = parts_.renderer.begin_next(
+      frames_, {.extent = extent, .outputs = wire::with_sources(outputs), .markers = parts_.markers},
+      parts_.poses, view, hooks);
   if (!begun) return begun.error();
   if (!*begun) return false;
   gpu::Recorder& recorder = (*begun)->recorder;
   parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view);
-  captures_.record(recorder, parts_.renderer.image(),
-                   {frame, view.camera, parts_.poses.shown(), capture::path_provenance(parts_.renderer)});
+  capture::Provenance provenance{image, view.camera, parts_.poses.shown(),
+                                 capture::path_provenance(parts_.renderer)};
+  if (parts_.set) {
+    parts_.set->add_poses(image, camera.placed(parts_.poses, aspect), parts_.poses);
+    captures_.record(recorder, parts_.renderer, outputs, parts_.scene.scene(), parts_.poses,
+                     std::move(provenance));
+  } else {
+    captures_.record(recorder, parts_.renderer.image(), std::move(provenance));
+  }
   captures_.submitted(frames_.submit());
   ++images_;
   return true;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,7 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/scene_load.h"
+#include "renderer/offline/image_set.h"
 #include "renderer/offline/recorded_streams.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/passes/scene_renderer.h"
@@ -34,9 +36,10 @@ namespace fire3dv::offline {
 class RecordingScene {
  public:
   // Starts loading. If there is no scene, the error suggests one.
+  // playback null: there is no recording, and the options name a scene.
   static Result<std::unique_ptr<RecordingScene>> open(const app::Options& options,
                                                       const scene::SceneCacheSettings& cache,
-                                                      record::Playback& playback,
+                                                      record::Playback* playback,
                                                       std::function<bool()> should_stop);
 
   const std::string& title() const { return title_; }  // for messages
@@ -56,24 +59,27 @@ class RecordingScene {
 
 class OfflineLoop {
  public:
-  // All members are borrowed. animations null: none play. checkpoint null: of no path-traced image. robot: of
-  // the scene's file; its joints have the positions of the user's edits. null: none is moved.
+  // All members are borrowed. streams null: there is no recording. animations null: none play. cameras: at
+  // least one. checkpoint null: of no path-traced image. robot: of the scene's file; its joints have the
+  // positions of the user's edits. null: none is moved. set null: colours of one camera.
   struct Parts {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
     state::PoseState& poses;
-    RecordedStreams& streams;
+    RecordedStreams* streams;
     app::LiveScene& scene;
     std::optional<state::AnimationPlayer>* animations;
-    app::CameraRig& camera;
+    std::span<app::CameraRig> cameras;
     sinks::FrameSink& sink;
     app::PathCheckpoint* checkpoint = nullptr;
     state::RobotPose* robot = nullptr;
+    ImageSet* set = nullptr;
+    bool markers = true;
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 
-  // Renders the frames of the part for which is_wanted is true. Returns false if should_stop ended it early.
-  Result<bool> run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
+  // Renders the images of the part for which is_wanted is true. Returns false if should_stop ended it early.
+  Result<bool> run(const Part& part, const std::function<bool(uint64_t image)>& is_wanted,
                    const std::function<bool()>& should_stop);
   uint64_t images() const { return images_; }
 
@@ -81,7 +87,7 @@ class OfflineLoop {
   void advance(uint64_t frame);
   void pose(state::RestPose rest);
   // Returns false if should_stop ended it.
-  Result<bool> draw(uint64_t frame, const std::function<bool()>& should_stop);
+  Result<bool> draw(uint64_t image, const std::function<bool()>& should_stop);
   Result<void> deliver();
 
   Parts parts_;

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <system_error>
+#include <vector>
 
 #include "base/digest.h"
 #include "base/process/stop_deadline.h"
@@ -50,10 +52,13 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
   const std::string& damage = playback.reader().index().damage;
   if (!damage.empty()) log_message("warning: " + damage + "; what is whole is rendered");
   Progress progress("fire3dv", "reading " + wire::printable(options.recording) + ":");
-  auto timeline = Timeline::read(playback, options.clock, [&](uint64_t done, uint64_t total) {
-    progress.update("", done, total);
-    return !app::stop_was_requested();
-  });
+  auto timeline = Timeline::read(
+      playback, options.clock,
+      [&](uint64_t done, uint64_t total) {
+        progress.update("", done, total);
+        return !app::stop_was_requested();
+      },
+      !options.rate);
   if (!timeline) return timeline;
   if (timeline->damaged() != 0)
     log_message("warning: " + counted(timeline->damaged(), "damaged chunk") + " left out");
@@ -67,7 +72,14 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
   return timeline;
 }
 
-Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& options) {
+// timeline null: the scene at rest, or its animation from --start to --end.
+Result<FrameTimes> choose_times(const Timeline* no_timeline, const RenderOptions& options) {
+  if (!no_timeline) {
+    const auto first_ns = static_cast<int64_t>(std::llround(options.start_s * 1e9));
+    const auto last_ns = static_cast<int64_t>(std::llround(options.end_s.value_or(options.start_s) * 1e9));
+    return frame_times(first_ns, last_ns, options.rate.value_or(FrameRate{}));
+  }
+  const Timeline& timeline = *no_timeline;
   const int64_t length_ns = timeline.last_ns() - timeline.first_ns();
   const auto into = [&](double at_s) {
     return timeline.first_ns() + static_cast<int64_t>(std::llround(at_s * 1e9));
@@ -77,11 +89,24 @@ Result<FrameTimes> choose_times(const Timeline& timeline, const RenderOptions& o
     return Error{"--start: the recording is " + seconds(length_ns) + " of simulated time long"};
   const int64_t last_ns =
       options.end_s && *options.end_s < length_s ? into(*options.end_s) : timeline.last_ns();
-  return frame_times(std::min(into(options.start_s), last_ns), last_ns, options.rate);
+  const int64_t first_ns = std::min(into(options.start_s), last_ns);
+  if (options.rate) return frame_times(first_ns, last_ns, *options.rate);
+  auto times = frame_times(first_ns, last_ns, timeline.recorded_ns());
+  if (times && times->frames == 0)
+    return Error{"no frame of stream \"" + wire::printable(timeline.guide()) +
+                 "\" is recorded in that part: choose another with --start and --end, or set --rate"};
+  return times;
+}
+
+std::string schedule_text(const FrameTimes& times, const Timeline* timeline) {
+  std::string text = counted(times.frames, "frame");
+  if (!timeline) return times.frames == 1 ? text + " of the scene" : text + " of the scene's animation";
+  if (!times.is_recorded) text += ", " + to_text(times.rate) + " a second";
+  return text + " of \"" + wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times.first_ns);
 }
 
 // Manifest without the machine: all inputs that determine the bytes of frames.
-Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& timeline,
+Result<Manifest> describe_frames(const RenderOptions& options, const Timeline* timeline,
                                  const FrameTimes& times, const scene::Scene& scene,
                                  const state::EditDocument& edits) {
   constexpr uint64_t kMaxBytes = uint64_t{1} << 50;
@@ -90,14 +115,16 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
     if (!digest) return digest.error();
     return hex(*digest).substr(0, 32);
   };
-  const auto recording = digest_of(options.recording);
-  if (!recording) return recording.error();
   Manifest manifest;
-  manifest.settings = {{"program", std::string("fire3dv ") + FIRE3DV_VERSION},
-                       {"recording", *recording},
-                       {"scene", scene::content_digest(scene)},
-                       {"clock", timeline.guide()},
-                       {"look", options.look}};
+  manifest.settings = {{"program", std::string("fire3dv ") + FIRE3DV_VERSION}};
+  if (timeline) {
+    const auto recording = digest_of(options.recording);
+    if (!recording) return recording.error();
+    manifest.settings.emplace_back("recording", *recording);
+  }
+  manifest.settings.emplace_back("scene", scene::content_digest(scene));
+  if (timeline) manifest.settings.emplace_back("clock", timeline->guide());
+  manifest.settings.emplace_back("look", options.look);
   if (!options.drawing.environment.empty()) {
     const auto environment = digest_of(options.drawing.environment);
     if (!environment) return environment.error();
@@ -111,7 +138,6 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
                                                     app::stop_was_requested);
     if (!added.empty()) manifest.settings.emplace_back("digest of added assets", added);
   }
-  for (auto& [name, value] : manifest.settings) value = setting_text(value);
   manifest.times = times;
   manifest.width = options.drawing.width;
   manifest.height = options.drawing.height;
@@ -122,7 +148,8 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline& t
 
 // All settings and the times of frames, for checkpoints.
 std::string inputs_of(const Manifest& manifest) {
-  std::string text = std::to_string(manifest.times.first_ns) + " ns, " + to_text(manifest.times.rate) + "\n";
+  std::string text = std::to_string(manifest.times.first_ns) + " ns, " +
+                     (manifest.times.is_recorded ? "recorded" : to_text(manifest.times.rate)) + "\n";
   for (const auto& [name, value] : manifest.settings) text += name + ": " + value + "\n";
   return text;
 }
@@ -135,8 +162,8 @@ sinks::VideoSettings video_settings(const RenderOptions& options) {
   settings.full_chroma = options.video.full_chroma;
   settings.width = options.drawing.width;
   settings.height = options.drawing.height;
-  settings.fps_numerator = options.rate.numerator;
-  settings.fps_denominator = options.rate.denominator;
+  settings.fps_numerator = options.rate->numerator;
+  settings.fps_denominator = options.rate->denominator;
   return settings;
 }
 
@@ -151,8 +178,15 @@ std::filesystem::path folder_of(const RenderOptions& options) {
   return options.resume ? std::filesystem::path(options.out.string() + ".frames") : options.out;
 }
 
-Result<Output> open_output(const RenderOptions& options, const Manifest& manifest) {
+Result<Output> open_output(const RenderOptions& options, const Manifest& manifest,
+                           const std::shared_ptr<FrameFormat>& format) {
   Output output;
+  if (format) {
+    auto folder = FrameFolder::open(options.out, manifest, format);
+    if (!folder) return folder.error();
+    output.folder = std::move(*folder);
+    return output;
+  }
   const bool is_video = sinks::is_video_name(options.out);
   if (is_video && !options.resume) {
     auto video = sinks::VideoSink::open(video_settings(options));
@@ -182,8 +216,9 @@ void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
 
 class Render {
  public:
-  explicit Render(const RenderOptions& options)
+  Render(const RenderOptions& options, ImageSet* set)
       : options_(options),
+        set_(set),
         drawing_(options.drawing),
         cache_locations_(
             app::find_cache_locations(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
@@ -192,15 +227,21 @@ class Render {
   bool validation_was_silent() const { return !instance_ || instance_->validation_messages() == 0; }
 
  private:
-  Result<bool> draw(const app::SceneLoad& load, const scene::LoadedScene& loaded, const Timeline& timeline,
+  Result<bool> draw(const app::SceneLoad& load, const scene::LoadedScene& loaded, const Timeline* timeline,
                     const Manifest& manifest, Output& output);
+  Result<std::vector<app::CameraRig>> place_cameras(const scene::Scene& scene,
+                                                    const std::vector<uint32_t>& animations) const;
 
+  std::vector<std::string> camera_names() const {
+    return set_ && !set_->cameras().empty() ? set_->cameras() : std::vector{drawing_.camera};
+  }
   // A camera that the overlay adds is chosen later.
-  std::string camera_of_file() const {
-    return app::may_add_camera(overlay_, drawing_.camera) ? std::string() : drawing_.camera;
+  std::string camera_of_file(const std::string& name) const {
+    return app::may_add_camera(overlay_, name) ? std::string() : name;
   }
 
   const RenderOptions& options_;
+  ImageSet* const set_;
   const app::Options& drawing_;
   const app::CacheLocations cache_locations_;
   state::EditDocument overlay_;
@@ -214,37 +255,58 @@ Result<bool> Render::run() {
     overlay_ = std::move(*overlay);
   }
   if (!drawing_.variant.empty()) overlay_[state::variant_key()] = drawing_.variant;
-  auto playback = open_recording(options_);
-  if (!playback) return playback.error();
+  std::optional<record::Playback> playback;
+  if (!options_.recording.empty()) {
+    auto opened = open_recording(options_);
+    if (!opened) return opened.error();
+    playback = std::move(*opened);
+  }
   // The scene loads while the recording is read.
-  auto scene = RecordingScene::open(drawing_, cache_locations_.scenes, *playback, app::stop_was_requested);
+  auto scene = RecordingScene::open(drawing_, cache_locations_.scenes, playback ? &*playback : nullptr,
+                                    app::stop_was_requested);
   if (!scene) return scene.error();
   app::SceneLoad& load = (*scene)->load();
-  auto timeline = read_timeline(*playback, options_);
-  if (!timeline) return timeline.error();
-  const auto times = choose_times(*timeline, options_);
+  std::optional<Timeline> recorded;
+  if (playback) {
+    auto read = read_timeline(*playback, options_);
+    if (!read) return read.error();
+    recorded = std::move(*read);
+  }
+  const Timeline* const timeline = recorded ? &*recorded : nullptr;
+  const auto times = choose_times(timeline, options_);
   if (!times) return times.error();
   auto loaded = load.wait();
   if (!loaded) return (*scene)->with_title(loaded.error());
   for (const std::string& note : load.notes()) log_message(note);
   app::log_scene_summary((*scene)->title(), (*loaded)->scene);
   // Checked before the output is made, so that a mistyped name leaves nothing.
-  if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(), false, {}, {}}); !camera)
-    return (*scene)->with_title(camera.error());
-  const auto manifest = describe_frames(options_, *timeline, *times, (*loaded)->scene, overlay_);
+  for (const std::string& name : camera_names()) {
+    if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(name), false, {}, {}});
+        !camera)
+      return (*scene)->with_title(camera.error());
+  }
+  auto manifest = describe_frames(options_, timeline, *times, (*loaded)->scene, overlay_);
   if (!manifest) return manifest.error();
+  std::shared_ptr<FrameFormat> format;
+  if (set_) {
+    auto opened = set_->open_format((*loaded)->scene, manifest->settings);
+    if (!opened) return (*scene)->with_title(opened.error());
+    format = std::move(*opened);
+    manifest->cameras = static_cast<uint32_t>(camera_names().size());
+  }
+  for (auto& [name, value] : manifest->settings) value = setting_text(value);
   if (app::stop_was_requested()) {
     log_message("stopped before the first frame");
     return false;
   }
   const Part part = manifest->part();
-  log_message(counted(times->frames, "frame") + ", " + to_text(times->rate) + " a second of \"" +
-              wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times->first_ns) +
+  log_message(schedule_text(*times, timeline) +
+              (set_ ? ", " + counted(manifest->cameras, "camera") : std::string()) +
               (options_.shards > 1
                    ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
                          " has " + std::to_string(part.frames) + ", from frame " + std::to_string(part.first)
                    : ""));
-  auto output = open_output(options_, *manifest);
+  auto output = open_output(options_, *manifest, format);
   if (!output) return output.error();
   // A folder can be resumed; nothing is left of a video.
   const ExitTask finish_files([&output] {
@@ -254,7 +316,7 @@ Result<bool> Render::run() {
   });
 
   if (!output->folder || output->folder->existing_frames() < part.frames) {
-    auto drawn = draw(load, **loaded, *timeline, *manifest, *output);
+    auto drawn = draw(load, **loaded, timeline, *manifest, *output);
     if (!drawn || !*drawn) {
       if (output->video) output->video->abandon();
       return drawn ? drawn : (*scene)->with_title(drawn.error());
@@ -266,14 +328,29 @@ Result<bool> Render::run() {
     if (part.frames == 0) {
       if (auto begun = output->folder->begin({}); !begun) return begun.error();
     }
-    log_message("all frames are there already");
+    log_message(set_ ? "all images are there already" : "all frames are there already");
+  }
+  if (set_) {
+    if (auto completed = output->folder->complete_run(); !completed) return completed.error();
   }
   if (options_.resume) return encode_and_clear(folder_of(options_), options_.out, options_.video);
   return true;
 }
 
+Result<std::vector<app::CameraRig>> Render::place_cameras(const scene::Scene& scene,
+                                                          const std::vector<uint32_t>& animations) const {
+  std::vector<app::CameraRig> cameras;
+  for (const std::string& name : camera_names()) {
+    auto camera = app::CameraRig::create(
+        scene, app::camera_start(app::view_defaults(drawing_), scene, camera_of_file(name), animations));
+    if (!camera) return camera.error();
+    cameras.push_back(std::move(*camera));
+  }
+  return cameras;
+}
+
 Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& loaded,
-                          const Timeline& timeline, const Manifest& manifest, Output& output) {
+                          const Timeline* timeline, const Manifest& manifest, Output& output) {
   auto environment = app::load_environment(drawing_.environment);
   if (!environment) return environment.error();
   gpu::InstanceOptions instance_options;
@@ -308,17 +385,21 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 
   auto animations = app::open_animations(drawing_, loaded.scene);
   if (!animations) return animations.error();
-  auto camera = app::CameraRig::create(
-      loaded.scene, app::camera_start(app::view_defaults(drawing_), loaded.scene, camera_of_file(),
-                                      *animations ? (*animations)->chosen : std::vector<uint32_t>()));
-  if (!camera) return camera.error();
+  if (set_) {
+    if (auto can = renderer->can_take(wire::with_sources(set_->outputs())); !can)
+      return Error{"a data set needs all labels: " + can.error().message};
+  }
+  auto cameras = place_cameras(loaded.scene, *animations ? (*animations)->chosen : std::vector<uint32_t>());
+  if (!cameras) return cameras.error();
   state::PoseState poses(loaded.scene);
   app::DeviceUploader uploader(*renderer);
   app::LiveScene live(loaded, poses, uploader,
                       {drawing_.assets, passes::levels_for(drawing_.draw.levels_of_detail),
                        renderer->settings().draw().max_textures, drawing_.overlay});
-  camera->set_edits(live.edits());
-  live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) { camera->set_scene(after); });
+  for (app::CameraRig& camera : *cameras) camera.set_edits(live.edits());
+  live.on_scene_replaced([&](const scene::Scene&, const scene::Scene& after) {
+    for (app::CameraRig& camera : *cameras) camera.set_scene(after);
+  });
   live.set_shows_markers(drawing_.markers);
   if (*animations) live.set_animations((*animations)->player, (*animations)->chosen);
   if (!drawing_.variant.empty()) {
@@ -342,11 +423,12 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
                               : "stopped; nothing is left of the video");
     return false;
   }
-  if (app::may_add_camera(overlay_, drawing_.camera)) {
-    const Result<size_t> added =
-        app::find_added_camera(drawing_.camera, live.scene(), live.shown_additions());
+  for (size_t i = 0; i < cameras->size(); ++i) {
+    const std::string name = camera_names()[i];
+    if (!app::may_add_camera(overlay_, name)) continue;
+    const Result<size_t> added = app::find_added_camera(name, live.scene(), live.shown_additions());
     if (!added) return added.error();
-    camera->select(*added);
+    (*cameras)[i].select(*added);
   }
   const state::NodeNames names(live.scene());
   const state::EditTargets targets{live.scene(), names, nullptr, live.added_materials()};
@@ -356,28 +438,33 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     log_message(warning(drawing_.overlay.string() + ": " + state::missing_target_text(key, targets)));
   }
   if (robot) robot->set(live.user_edits().joints);
-  auto streams = RecordedStreams::open([&] { return open_recording(options_); }, timeline, poses);
-  if (!streams) return streams.error();
+  std::optional<RecordedStreams> streams;
+  if (timeline) {
+    auto opened = RecordedStreams::open([&] { return open_recording(options_); }, *timeline, poses);
+    if (!opened) return opened.error();
+    streams.emplace(std::move(*opened));
+  }
 
   const Part part = manifest.part();
   if (output.folder) {
     const Machine machine{report.name, report.driver, cpu_name()};
     warn_of_other_machine(*output.folder, machine);
     if (output.folder->existing_frames() > 0)
-      log_message(std::to_string(output.folder->existing_frames()) + " frames are there already");
+      log_message(counted(output.folder->existing_frames(), set_ ? "image" : "frame") + " are there already");
     if (auto begun = output.folder->begin(machine); !begun) return begun.error();
   }
   std::optional<app::PathCheckpoint> checkpoint;
   if (drawing_.draw.path && output.folder && drawing_.checkpoint_interval_s > 0)
     checkpoint.emplace(folder_of(options_), drawing_, report, "", inputs_of(manifest));
-  OfflineLoop loop(
-      {**device, *renderer, poses, *streams, live, *animations ? &(*animations)->player : nullptr, *camera,
-       output.sink(), checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr},
-      manifest.times);
+  OfflineLoop loop({**device, *renderer, poses, streams ? &*streams : nullptr, live,
+                    *animations ? &(*animations)->player : nullptr, *cameras, output.sink(),
+                    checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr, set_,
+                    !set_ || drawing_.markers_in_data_sets},
+                   manifest.times);
   const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
-  if (streams->left_out() != 0)
+  if (streams && streams->left_out() != 0)
     log_message("warning: " + std::to_string(streams->left_out()) +
                 " scene edits were left out: too many stand between two frames");
   // An interrupted folder can be resumed, an interrupted video cannot.
@@ -385,7 +472,7 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
   if (*drawn && checkpoint) checkpoint->remove();
-  log_message(counted(loop.images(), "frame") + " drawn for " + options_.out.string());
+  log_message(counted(loop.images(), set_ ? "image" : "frame") + " drawn for " + options_.out.string());
   if (!*drawn)
     log_message(output.folder ? "stopped; the same command goes on from here"
                               : "stopped; nothing is left of the video (--resume keeps what is drawn)");
@@ -395,14 +482,14 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 
 }  // namespace
 
-int render(const RenderOptions& options) {
+int render(const RenderOptions& options, ImageSet* set) {
   if (options.drawing.require_gpu) {
     if (Result<void> found = gpu::check_required_gpu(options.drawing.device); !found) {
       report_failure(found.error());
       return gpu::kNoGpuExitStatus;
     }
   }
-  Render rendering(options);
+  Render rendering(options, set);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});
   if (!done) return report_failure(done.error());

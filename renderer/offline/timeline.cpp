@@ -66,13 +66,16 @@ std::string to_text(const FrameRate& rate) {
 }
 
 int64_t FrameTimes::at_ns(uint64_t frame) const {
+  if (is_recorded) return recorded_ns[frame];
   const auto scaled = static_cast<int64_t>(frame) * rate.denominator;
   return first_ns + scaled / rate.numerator * kSecondNs +
          scaled % rate.numerator * kSecondNs / rate.numerator;
 }
 
 Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRate& rate) {
-  FrameTimes times{first_ns, rate, 0};
+  FrameTimes times;
+  times.first_ns = first_ns;
+  times.rate = rate;
   if (last_ns < first_ns) return times;
   const double wanted = static_cast<double>(last_ns - first_ns) * 1e-9 * static_cast<double>(rate.numerator) /
                         static_cast<double>(rate.denominator);
@@ -82,6 +85,20 @@ Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRat
   // Last frame not after the end: floating point is exact within one frame.
   times.frames = static_cast<uint64_t>(wanted) + 2;
   while (times.at_ns(times.frames - 1) > last_ns) --times.frames;
+  return times;
+}
+
+Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const std::vector<int64_t>& recorded_ns) {
+  if (recorded_ns.size() > kMaxRecordedFrames)
+    return Error{"the recording has more than " + std::to_string(kMaxRecordedFrames) +
+                 " frames: choose how many a second are drawn with --rate"};
+  FrameTimes times;
+  times.is_recorded = true;
+  const auto first = std::lower_bound(recorded_ns.begin(), recorded_ns.end(), first_ns);
+  const auto end = std::upper_bound(first, recorded_ns.end(), last_ns);
+  times.recorded_ns.assign(first, end);
+  times.frames = times.recorded_ns.size();
+  times.first_ns = times.frames != 0 ? times.recorded_ns.front() : first_ns;
   return times;
 }
 
@@ -222,6 +239,10 @@ Result<void> Timeline::Builder::take(const record::Played& played) {
     line_.longest_pause_ = {guide_now_ns_, line_ns - guide_now_ns_};
   guide_now_ns_ = line_ns;
   line_.remember(played.log_time_ns, line_ns);
+  std::vector<int64_t>& recorded_ns = line_.recorded_ns_;
+  if (line_.lists_frames_ && recorded_ns.size() <= kMaxRecordedFrames &&
+      (recorded_ns.empty() || line_ns > recorded_ns.back()))
+    recorded_ns.push_back(line_ns);
   if (!std::exchange(guide_runs_, true)) return guide_has_come(line_ns);
   return {};
 }
@@ -323,8 +344,9 @@ Result<void> Timeline::Builder::finish() {
 }
 
 Result<Timeline> Timeline::read(record::Playback& playback, const std::string& clock,
-                                const OnProgress& on_progress) {
+                                const OnProgress& on_progress, bool lists_frames) {
   Timeline line;
+  line.lists_frames_ = lists_frames;
   Builder builder(line, playback);
   if (auto chosen = builder.choose_guide(clock); !chosen) return chosen.error();
   playback.rewind();

@@ -37,17 +37,24 @@ struct FrameRate {
 Result<FrameRate> parse_frame_rate(const std::string& text);
 std::string to_text(const FrameRate& rate);  // "30" or "30000/1001"
 
-// Frame k has time first_ns + k / rate, rounded down to nanoseconds.
+constexpr uint64_t kMaxRecordedFrames = 10'000'000;
+constexpr uint32_t kMaxCameras = 1000;
+
+// Frame k has time first_ns + k / rate, rounded down to nanoseconds; or the time of the k-th recorded frame.
 struct FrameTimes {
   int64_t first_ns = 0;
   FrameRate rate;
   uint64_t frames = 0;
+  bool is_recorded = false;          // rate is not used
+  std::vector<int64_t> recorded_ns;  // ascending
 
   int64_t at_ns(uint64_t frame) const;
 };
 
 // Schedules all frames in [first_ns, last_ns]. Fails if there are more than kMaxFrames.
 Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRate& rate);
+// Schedules the recorded frames in [first_ns, last_ns]. recorded_ns: ascending times of all of them.
+Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const std::vector<int64_t>& recorded_ns);
 
 // Frame range of shard `index` (from 1) of `count`. Shards cover all frames; their sizes differ by at most
 // one.
@@ -64,8 +71,9 @@ class Timeline {
   // clock: name of the guide; empty: the stream with the first frame. on_progress: log times read and in
   // total; returning false aborts with an error.
   using OnProgress = std::function<bool(uint64_t done, uint64_t total)>;
+  // lists_frames: recorded_ns() is filled.
   static Result<Timeline> read(record::Playback& playback, const std::string& clock,
-                               const OnProgress& on_progress);
+                               const OnProgress& on_progress, bool lists_frames = false);
 
   // From a description to a goodbye or to the next description.
   struct Run {
@@ -88,6 +96,8 @@ class Timeline {
   int64_t first_ns() const { return first_ns_; }
   int64_t last_ns() const { return last_ns_; }
   uint64_t frames() const { return frames_; }
+  // Times of all frames of the guide, ascending, each once; kMaxRecordedFrames + 1 if there are more.
+  const std::vector<int64_t>& recorded_ns() const { return recorded_ns_; }
   // Timeline time of the newest guide frame at a log time; kAlways before the first one.
   int64_t guide_at(uint64_t log_time_ns) const;
 
@@ -114,6 +124,8 @@ class Timeline {
   Pause longest_pause_;
   std::vector<std::pair<uint64_t, int64_t>> guide_;  // log time, timeline time; thinned out
   uint64_t guide_spacing_ns_ = 5'000'000;
+  bool lists_frames_ = false;
+  std::vector<int64_t> recorded_ns_;
 };
 
 }  // namespace fire3dv::offline

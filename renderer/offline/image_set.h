@@ -1,0 +1,36 @@
+// Interface of runs that draw more than colours of one camera: cameras, outputs and files of a data set.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "protocol/wire/image_outputs.h"
+#include "renderer/camera/camera_rig.h"
+#include "renderer/offline/frame_format.h"
+#include "renderer/scene/model/scene.h"
+#include "renderer/state/pose_state.h"
+
+namespace fire3dv::offline {
+
+// Image k is of frame k / cameras() and camera k % cameras().
+class ImageSet {
+ public:
+  virtual ~ImageSet() = default;
+
+  virtual wire::ImageOutputs outputs() const = 0;
+  // Nodes or cameras, or "auto"; empty: the one of the drawing options.
+  virtual const std::vector<std::string>& cameras() const = 0;
+  // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
+  // and before anything is written.
+  using Settings = std::vector<std::pair<std::string, std::string>>;
+  virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene, Settings& settings) = 0;
+  // Poses of an image that is drawn now, before its pixels are ready. On the main thread.
+  virtual void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
+                         const state::PoseState& poses) = 0;
+};
+
+}  // namespace fire3dv::offline
