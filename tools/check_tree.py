@@ -61,6 +61,8 @@ ALLOWED = {
                            "renderer/settings renderer/passes",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                                "renderer/capture renderer/app " + ROOMS,
+    "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/passes/view renderer/sinks renderer/camera renderer/app "
+                               "renderer/offline",
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,
     "convert/mesh/text": MODEL + " convert/mesh/geometry",

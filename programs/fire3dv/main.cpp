@@ -7,6 +7,8 @@
 #include "renderer/app/options/options.h"
 #include "renderer/app/start.h"
 #include "renderer/app/stop_signals.h"
+#include "renderer/dataset/command.h"
+#include "renderer/dataset/dataset_format.h"
 #include "renderer/offline/commands.h"
 
 namespace {
@@ -23,13 +25,18 @@ int run_with(const std::variant<Options, int>& options, int (*run)(const Options
   }
 }
 
+int join(const fire3dv::offline::JoinOptions& options) {
+  return fire3dv::offline::join(options, fire3dv::dataset::DatasetFormat::find);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace fire3dv;
   const std::string_view command = argc > 1 ? argv[1] : "";
   if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render, 1);
-  if (command == "join") return run_with(offline::parse_join_options(argc, argv), offline::join, 1);
+  if (command == "dataset") return run_with(dataset::parse_dataset_options(argc, argv), dataset::run, 1);
+  if (command == "join") return run_with(offline::parse_join_options(argc, argv), join, 1);
   if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));
   return run_with(app::parse_options(argc, argv), app::run, 0);
 }

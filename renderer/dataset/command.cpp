@@ -1,0 +1,122 @@
+#include "renderer/dataset/command.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "base/text.h"
+#include "renderer/dataset/dataset_format.h"
+#include "renderer/dataset/labels/keypoints.h"
+#include "renderer/dataset/labels/objects.h"
+#include "renderer/offline/image_set.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+class LabelledImages final : public offline::ImageSet {
+ public:
+  LabelledImages(const DatasetOptions& options, std::unique_ptr<Layout> layout)
+      : options_(options), layout_(std::move(layout)) {
+    outputs_ = layout_->further_outputs();
+    for (const auto output : {wire::kColorSrgb8, wire::kDepthF32, wire::kInstanceU32}) outputs_.add(output);
+  }
+
+  wire::ImageOutputs outputs() const override { return outputs_; }
+  const std::vector<std::string>& cameras() const override { return options_.cameras; }
+  Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene& scene,
+                                                            Settings& settings) override;
+  void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
+                 const state::PoseState& poses) override;
+
+ private:
+  const DatasetOptions& options_;
+  std::unique_ptr<Layout> layout_;
+  wire::ImageOutputs outputs_;
+  std::shared_ptr<DatasetFormat> format_;
+};
+
+std::vector<std::string> camera_titles(const std::vector<std::string>& names, const scene::Scene& scene) {
+  if (!names.empty()) return names;
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  if (nodes.empty()) return {"auto"};
+  const scene::Node& node = scene.nodes[nodes.front()];
+  return {node.name.empty() ? "camera" : node.name};
+}
+
+// Of the node or camera that CameraRig chooses for the name.
+bool is_orthographic(const scene::Scene& scene, const std::string& name) {
+  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
+  const auto by = [&](auto&& name_of) {
+    return std::find_if(nodes.begin(), nodes.end(), [&](uint32_t node) { return name_of(node) == name; });
+  };
+  auto found = by([&](uint32_t node) { return scene.nodes[node].name; });
+  if (found == nodes.end())
+    found = by([&](uint32_t node) { return scene.cameras[scene.nodes[node].camera].name; });
+  return found != nodes.end() && scene.cameras[scene.nodes[*found].camera].orthographic;
+}
+
+Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const scene::Scene& scene,
+                                                                          Settings& settings) {
+  Description description;
+  description.format = options_.format;
+  description.command = options_.command;
+  description.license = options_.license;
+  description.width = options_.run.drawing.width;
+  description.height = options_.run.drawing.height;
+  description.depth_unit_mm = options_.depth_unit_mm;
+  description.cameras = camera_titles(options_.cameras, scene);
+  for (const std::string& name : description.cameras) {
+    if (is_orthographic(scene, name))
+      return Error{
+          "camera " + quote(name) +
+          " is orthographic, so that it has no camera matrix: choose another with --camera, or auto"};
+  }
+  if (auto found = find_objects(scene, options_.objects, description); !found) return found.error();
+  if (auto read = read_keypoints(scene, options_.keypoints, description); !read) return read.error();
+  for (const std::string& text : description.warnings) log_message(warning(text));
+  std::vector<offline::FolderFile> files;
+  const std::vector<std::string> names = layout_->static_names(description);
+  for (size_t i = 0; i < names.size(); ++i) files.push_back({names[i], encode_model(scene, description, i)});
+  std::string cameras, objects, keypoints;
+  for (const std::string& name : description.cameras) cameras += name + "\n";
+  for (const std::string& name : options_.objects) objects += name + "\n";
+  for (const Keypoint& point : description.keypoints) {
+    keypoints += std::to_string(point.node) + " " + point.name;
+    for (const double value : point.node_from_point_m) keypoints += " " + std::to_string(value);
+    keypoints += "\n";
+  }
+  settings.insert(settings.end(), {{"format", options_.format},
+                                   {"cameras", cameras},
+                                   {"objects", objects},
+                                   {"keypoints", keypoints},
+                                   {"depth scale", std::to_string(options_.depth_unit_mm)},
+                                   {"license", options_.license},
+                                   {"command", options_.command}});
+  format_ = std::make_shared<DatasetFormat>(std::move(description), std::move(layout_), std::move(files));
+  return std::shared_ptr<offline::FrameFormat>(format_);
+}
+
+void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& camera,
+                               const state::PoseState& poses) {
+  const Description& description = format_->description();
+  ImagePoses now;
+  now.intrinsics = passes::intrinsics_of(camera.camera, {description.width, description.height});
+  now.world_from_camera = opencv_pose(camera.world_from_camera);
+  for (const Instance& instance : description.instances)
+    now.world_from_instance.emplace_back(poses.world_from_node(instance.number - 1));
+  for (const Keypoint& point : description.keypoints)
+    now.world_from_keypoint_node.emplace_back(poses.world_from_node(point.node));
+  format_->add_poses(image, std::move(now));
+}
+
+}  // namespace
+
+int run(const DatasetOptions& options) {
+  LabelledImages images(options, make_layout(options.format));
+  return offline::render(options.run, &images);
+}
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,174 @@
+#include "renderer/dataset/dataset_format.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "base/files.h"
+#include "base/log.h"
+#include "renderer/dataset/pages/page.h"
+#include "renderer/dataset/pages/readme.h"
+#include "renderer/dataset/pages/statistics.h"
+#include "renderer/sinks/output_text.h"
+#include "renderer/sinks/png.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t kMaxFileBytes = uint64_t{2} << 30;
+constexpr size_t kMaxInstances = 1'000'000;  // of an image, from a list that others may have written
+
+// Number of instances and sizes of the files of a listed image. nullopt: the line is no image's.
+std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohmann::json& line) {
+  const auto instances = line.find("instances"), bytes = line.find("bytes");
+  if (instances == line.end() || !instances->is_array() || instances->size() > kMaxInstances ||
+      bytes == line.end() || !bytes->is_array())
+    return {};
+  std::vector<uint64_t> sizes;
+  for (const auto& size : *bytes) {
+    if (!size.is_number_unsigned()) return {};
+    sizes.push_back(size.get<uint64_t>());
+  }
+  return std::pair(instances->size(), std::move(sizes));
+}
+
+}  // namespace
+
+DatasetFormat::DatasetFormat(Description description, std::unique_ptr<Layout> layout,
+                             std::vector<offline::FolderFile> static_files)
+    : description_(std::move(description)),
+      layout_(std::move(layout)),
+      static_files_(std::move(static_files)) {}
+
+Result<std::shared_ptr<offline::FrameFormat>> DatasetFormat::find(const std::vector<fs::path>& folders) {
+  std::error_code fault;
+  if (folders.empty() || !fs::exists(folders.front() / kDescriptionName, fault))
+    return std::shared_ptr<offline::FrameFormat>();
+  auto description = read_description(folders.front());
+  if (!description) return description.error();
+  auto layout = make_layout(description->format);
+  if (!layout)
+    return Error{(folders.front() / kDescriptionName).string() +
+                 " has a format that this version does not know: join with the version that wrote it"};
+  std::vector<offline::FolderFile> files;
+  for (const std::string& name : layout->static_names(*description)) {
+    auto bytes = read_whole_file(folders.front() / name, kMaxFileBytes);
+    if (!bytes) return bytes.error();
+    files.push_back({name, std::move(*bytes)});
+  }
+  return std::shared_ptr<offline::FrameFormat>(
+      std::make_shared<DatasetFormat>(std::move(*description), std::move(layout), std::move(files)));
+}
+
+void DatasetFormat::add_poses(uint64_t image, ImagePoses poses) {
+  const std::lock_guard lock(mutex_);
+  poses_.insert_or_assign(image, std::move(poses));
+}
+
+Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& image) {
+  ImagePoses poses;
+  {
+    const std::lock_guard lock(mutex_);
+    auto taken = poses_.extract(image.frame_index);
+    FIRE3DV_ASSERT(!taken.empty());
+    poses = std::move(taken.mapped());
+  }
+  const ImageLabels labels = find_labels(image, std::move(poses), description_);
+  auto color = sinks::encode_png(image);
+  if (!color) return Error{"image " + std::to_string(image.frame_index) + ": " + color.error().message};
+  auto files = layout_->encode(description_, image, labels, std::move(*color));
+  if (!files) return files.error();
+  const std::vector<std::string> names =
+      layout_->file_names(description_, image.frame_index, labels.instances.size());
+  FIRE3DV_ASSERT(names.size() == files->size());
+
+  sinks::FrameImage tagged;  // without pixels
+  tagged.width = image.width;
+  tagged.height = image.height;
+  tagged.frame_index = image.frame_index;
+  tagged.camera = image.camera;
+  tagged.shown = image.shown;
+  tagged.path_traced = image.path_traced;
+  tagged.hidden_streams = image.hidden_streams;
+  auto line = nlohmann::ordered_json::parse(sinks::frame_line({names.front(), {}}, tagged));
+  offline::EncodedFrame frame;
+  line["bytes"] = nlohmann::ordered_json::array();
+  for (size_t i = 0; i < names.size(); ++i) {
+    line["bytes"].push_back((*files)[i].size());
+    frame.files.push_back({names[i], std::move((*files)[i])});
+  }
+  add_json(labels, description_, line);
+  frame.line = line.dump();
+  return frame;
+}
+
+bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nlohmann::json& line) const {
+  const auto listed = listed_files(line);
+  if (!listed) return false;
+  const auto& [instances, sizes] = *listed;
+  const std::vector<std::string> names = layout_->file_names(description_, image, instances);
+  if (names.size() != sizes.size()) return false;
+  for (size_t i = 0; i < names.size(); ++i) {
+    std::error_code fault;
+    const fs::path path = folder / names[i];
+    if (!fs::is_regular_file(fs::symlink_status(path, fault)) || fs::file_size(path, fault) != sizes[i] ||
+        fault)
+      return false;
+  }
+  return true;
+}
+
+Result<offline::EncodedFrame> DatasetFormat::load(const fs::path& folder, uint64_t image,
+                                                  const std::string& line, const offline::Manifest&) const {
+  const auto listed = listed_files(nlohmann::json::parse(line, nullptr, false));
+  offline::EncodedFrame frame;
+  frame.line = line;
+  if (!listed) return Error{folder.string() + ": the line of image " + std::to_string(image) + " is damaged"};
+  const auto names = layout_->file_names(description_, image, listed->first);
+  for (size_t i = 0; i < names.size(); ++i) {
+    auto bytes = read_whole_file(folder / names[i], kMaxFileBytes);
+    if (!bytes) return bytes.error();
+    if (i >= listed->second.size() || bytes->size() != listed->second[i])
+      return Error{(folder / names[i]).string() + " is not complete: run its shard again"};
+    frame.files.push_back({names[i], std::move(*bytes)});
+  }
+  return frame;
+}
+
+Result<void> DatasetFormat::begin(const fs::path& folder) {
+  for (const std::string& name : layout_->folders(description_)) {
+    if (auto made = base::create_folder(folder / name); !made) return made;
+    for (const char* prefix : {"0", "obj_"}) base::remove_abandoned_temporaries(folder / name, prefix);
+  }
+  for (const offline::FolderFile& file : static_files_) {
+    if (auto written = write_whole_file(folder / file.name, file.bytes); !written) return written;
+  }
+  return write_text(folder / kDescriptionName, to_json(description_));
+}
+
+Result<void> DatasetFormat::complete(const fs::path& folder, const offline::FrameLines& lines) {
+  try {
+    return write_final_files(folder, lines);
+  } catch (const nlohmann::json::exception&) {  // a list that another program has changed
+    return Error{(folder / offline::kFrameListName).string() +
+                 " has lines that fire3dv dataset does not write: run it again into another folder"};
+  }
+}
+
+Result<void> DatasetFormat::write_final_files(const fs::path& folder,
+                                              const offline::FrameLines& lines) const {
+  if (auto written = layout_->complete(folder, description_, lines); !written) return written;
+  const Statistics statistics = count(description_, lines);
+  for (const std::string& text : statistics.warnings) log_message(warning(text));
+  if (auto written = write_text(folder / "README.md", make_readme(description_, *layout_, statistics));
+      !written)
+    return written;
+  auto page = make_page(folder, description_, *layout_, statistics, lines);
+  if (!page) return page.error();
+  return write_text(folder / "index.html", *page);
+}
+
+}  // namespace fire3dv::dataset

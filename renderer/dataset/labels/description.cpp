@@ -1,0 +1,162 @@
+#include "renderer/dataset/labels/description.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "base/files.h"
+#include "base/text.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr uint64_t kMaxDescriptionBytes = uint64_t{1} << 28;
+constexpr size_t kMaxTextBytes = 4096;
+constexpr uint32_t kMaxSide = 16384;
+
+// nlohmann throws for text that is not UTF-8.
+std::string text(const std::string& value) {
+  return printable_text(value, kMaxTextBytes);
+}
+
+std::string text_at(const ordered_json& from, const char* name) {
+  const auto found = from.find(name);
+  return found != from.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+template <typename T>
+bool number_at(const ordered_json& from, const char* name, T& value) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_number()) return false;
+  const auto number = found->get<double>();
+  if constexpr (std::is_integral_v<T>) {
+    if (!(number >= 0 && number <= 4294967295.0)) return false;
+  }
+  value = static_cast<T>(number);
+  return true;
+}
+bool numbers_at(const ordered_json& from, const char* name, double (&values)[3]) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_array() || found->size() != 3) return false;
+  for (size_t i = 0; i < 3; ++i) {
+    if (!(*found)[i].is_number()) return false;
+    values[i] = (*found)[i].get<double>();
+  }
+  return true;
+}
+
+bool parse(const ordered_json& json, Description& out) {
+  if (!json.is_object() || text_at(json, "type") != "fire3dv dataset") return false;
+  out.format = text_at(json, "format");
+  out.command = text_at(json, "command");
+  out.license = text_at(json, "license");
+  if (!number_at(json, "width", out.width) || !number_at(json, "height", out.height) ||
+      !number_at(json, "depth_unit_mm", out.depth_unit_mm) || out.width == 0 || out.height == 0 ||
+      out.width > kMaxSide || out.height > kMaxSide || !(out.depth_unit_mm > 0))
+    return false;
+  for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
+    if (!json.contains(name) || !json[name].is_array()) return false;
+  }
+  for (const auto& camera : json["cameras"]) {
+    if (!camera.is_string()) return false;
+    out.cameras.push_back(camera.get<std::string>());
+  }
+  for (const auto& each : json["objects"]) {
+    Object object;
+    object.name = text_at(each, "name");
+    object.deforms = each.value("deforms", false);
+    if (!number_at(each, "id", object.id) || !number_at(each, "diameter_mm", object.diameter_mm) ||
+        !numbers_at(each, "min_mm", object.min_mm) || !numbers_at(each, "size_mm", object.size_mm))
+      return false;
+    out.objects.push_back(object);
+  }
+  for (const auto& each : json["instances"]) {
+    Instance instance;
+    instance.name = text_at(each, "name");
+    instance.path = text_at(each, "path");
+    if (!number_at(each, "instance", instance.number) || !number_at(each, "object", instance.object) ||
+        !number_at(each, "class", instance.semantic) || !numbers_at(each, "scale", instance.scale) ||
+        instance.object == 0 || instance.object > out.objects.size())
+      return false;
+    --instance.object;
+    out.instances.push_back(instance);
+  }
+  for (const auto& each : json["keypoints"]) {
+    Keypoint point;
+    point.name = text_at(each, "name");
+    if (!number_at(each, "node", point.node) || !number_at(each, "instance", point.instance) ||
+        !numbers_at(each, "node_from_point_m", point.node_from_point_m))
+      return false;
+    out.keypoints.push_back(point);
+  }
+  for (const auto& each : json["warnings"]) {
+    if (each.is_string()) out.warnings.push_back(each.get<std::string>());
+  }
+  return !out.cameras.empty();
+}
+
+}  // namespace
+
+const Instance* Description::find_instance(uint32_t number) const {
+  const auto at =
+      std::lower_bound(instances.begin(), instances.end(), number,
+                       [](const Instance& instance, uint32_t wanted) { return instance.number < wanted; });
+  return at != instances.end() && at->number == number ? &*at : nullptr;
+}
+
+std::string list_names(const std::vector<std::string>& names) {
+  constexpr size_t kMaxListed = 5;
+  std::string list;
+  for (size_t i = 0; i < std::min(names.size(), kMaxListed); ++i) list += (i ? ", " : "") + quote(names[i]);
+  return list + (names.size() > kMaxListed ? ", ..." : "");
+}
+
+std::string to_json(const Description& description) {
+  ordered_json json;
+  json["type"] = "fire3dv dataset";
+  json["format"] = description.format;
+  json["command"] = text(description.command);
+  json["license"] = text(description.license);
+  json["width"] = description.width;
+  json["height"] = description.height;
+  json["depth_unit_mm"] = description.depth_unit_mm;
+  for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"})
+    json[name] = ordered_json::array();
+  for (const std::string& camera : description.cameras) json["cameras"].push_back(text(camera));
+  for (const Object& object : description.objects)
+    json["objects"].push_back({{"id", object.id},
+                               {"name", text(object.name)},
+                               {"diameter_mm", object.diameter_mm},
+                               {"min_mm", object.min_mm},
+                               {"size_mm", object.size_mm},
+                               {"deforms", object.deforms}});
+  for (const Instance& instance : description.instances)
+    json["instances"].push_back({{"instance", instance.number},
+                                 {"object", description.objects[instance.object].id},
+                                 {"class", instance.semantic},
+                                 {"name", text(instance.name)},
+                                 {"path", text(instance.path)},
+                                 {"scale", instance.scale}});
+  for (const Keypoint& point : description.keypoints)
+    json["keypoints"].push_back({{"name", text(point.name)},
+                                 {"node", point.node},
+                                 {"instance", point.instance},
+                                 {"node_from_point_m", point.node_from_point_m}});
+  for (const std::string& warning : description.warnings) json["warnings"].push_back(text(warning));
+  return json.dump(1) + "\n";
+}
+
+Result<Description> read_description(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kDescriptionName;
+  auto bytes = read_whole_file(path, kMaxDescriptionBytes);
+  if (!bytes) return bytes.error();
+  const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), nullptr, false);
+  Description description;
+  if (json.is_discarded() || !parse(json, description))
+    return Error{path.string() +
+                 " is not what fire3dv dataset writes: name another folder, or remove this one"};
+  return description;
+}
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,68 @@
+// Description of a data set (dataset.json): all that its final files need beside the labels of each image.
+// Shards have the same one, so that `fire3dv join` needs no scene.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+
+namespace fire3dv::dataset {
+
+constexpr const char* kDescriptionName = "dataset.json";
+
+// Model of one or more instances. Models of different sizes are different objects.
+struct Object {
+  uint32_t id = 1;  // from 1, without gaps
+  std::string name;
+  double diameter_mm = 0;  // largest distance of two vertices
+  double min_mm[3]{}, size_mm[3]{};
+  bool deforms = false;  // skin or morph targets: the model is the rest pose
+};
+
+// Labelled node with a mesh.
+struct Instance {
+  uint32_t number = 0;  // of instance planes: 1 + index of the node
+  uint32_t object = 0;  // index into Description::objects
+  uint32_t semantic = 0;
+  std::string name, path;
+  // world_from_node = rotation and translation, then this scale, at rest; a negative x mirrors.
+  double scale[3]{1, 1, 1};
+};
+
+struct Keypoint {
+  std::string name;
+  uint32_t node = 0;  // index in the scene
+  double node_from_point_m[3]{};
+  uint32_t instance = 0;  // number of the node's instance; 0: the node has no labelled mesh
+};
+
+struct Description {
+  std::string format;   // "bop"
+  std::string command;  // makes the data set again
+  std::string license;  // empty: not stated
+  uint32_t width = 0, height = 0;
+  std::vector<std::string> cameras;
+  double depth_unit_mm = 0.1;  // of 16-bit depth images with a scale
+  std::vector<Object> objects;
+  std::vector<Instance> instances;  // ascending by number
+  std::vector<Keypoint> keypoints;
+  std::vector<std::string> warnings;  // of the scene
+
+  // Null: not labelled.
+  const Instance* find_instance(uint32_t number) const;
+  uint32_t index_of_camera(uint64_t image) const { return static_cast<uint32_t>(image % cameras.size()); }
+  uint64_t frame_of(uint64_t image) const { return image / cameras.size(); }
+};
+
+constexpr double kMillimetres = 1000;  // in a metre
+
+// The first names in quotation marks, for messages.
+std::string list_names(const std::vector<std::string>& names);
+
+std::string to_json(const Description& description);
+Result<Description> read_description(const std::filesystem::path& folder);
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,77 @@
+// Labels of one image: camera, instances with poses, boxes and masks, and keypoints, in OpenCV's conventions:
+// camera axes right, down, forward; the centre of the top left pixel is (0, 0).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "renderer/dataset/labels/description.h"
+#include "renderer/dataset/labels/rle.h"
+#include "renderer/passes/view/view.h"
+#include "renderer/sinks/frame.h"
+
+namespace fire3dv::dataset {
+
+// Poses at the moment of an image.
+struct ImagePoses {
+  passes::Intrinsics intrinsics;
+  glm::dmat4 world_from_camera{1};              // OpenCV's axes; metres
+  std::vector<glm::dmat4> world_from_instance;  // of the nodes of Description::instances
+  std::vector<glm::dmat4> world_from_keypoint_node;
+};
+// Pose of a camera of glTF (right, up, backward; its scale does not count) in OpenCV's axes.
+glm::dmat4 opencv_pose(const glm::mat4& world_from_camera);
+
+// Pixels, left and top inclusive.
+struct Rectangle {
+  int64_t left = 0, top = 0, width = 0, height = 0;
+};
+
+enum class KeypointState : uint8_t { outside, hidden, visible };
+
+struct KeypointLabel {
+  uint32_t index = 0;  // into Description::keypoints
+  double x_px = 0, y_px = 0, depth_m = 0;
+  KeypointState state = KeypointState::outside;
+};
+
+struct InstanceLabel {
+  uint32_t number = 0;                        // of the instance plane
+  uint32_t index = 0;                         // into Description::instances
+  std::array<double, 9> camera_from_model{};  // rotation, by rows
+  std::array<double, 3> camera_from_model_mm{};
+  Runs visible, silhouette;  // silhouette: the instance drawn alone
+  Rectangle visible_box, silhouette_box;
+  uint64_t visible_px = 0, silhouette_px = 0, valid_px = 0;  // valid: of the silhouette, with a depth
+  double visibility = 0;                                     // visible_px / silhouette_px
+  bool is_truncated = false;                                 // the silhouette touches the image's border
+  bool is_rescaled = false;                                  // drawn in another size than its model
+};
+
+struct ImageLabels {
+  ImagePoses poses;
+  std::vector<uint16_t> depth_units;     // 16-bit depth; 0: none, or beyond the range
+  uint64_t beyond_range_px = 0;          // surfaces whose depth does not fit
+  double brightness = 0;                 // mean of sRGB colours, 0 to 255
+  std::vector<InstanceLabel> instances;  // ascending by number
+  std::vector<KeypointLabel> keypoints;
+};
+
+// Plane of an image. Null: it was not requested.
+const sinks::FramePlane* find_plane(const sinks::FrameImage& image, wire::ImageOutput output);
+// Elements of a plane of 4-byte numbers.
+template <typename T>
+std::vector<T> plane_values(const sinks::FrameImage& image, wire::ImageOutput output);
+
+// image: with colours, depth and instances.
+ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description);
+
+// Labels as JSON, for the line of the image: what formats need after the last image.
+void add_json(const ImageLabels& labels, const Description& description, nlohmann::ordered_json& line);
+
+}  // namespace fire3dv::dataset

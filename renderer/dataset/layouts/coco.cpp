@@ -1,0 +1,189 @@
+#include "renderer/dataset/layouts/coco.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/text.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Classes of the scene; the objects themselves if it has none.
+class Categories {
+ public:
+  explicit Categories(const Description& description) : description_(description) {
+    has_classes_ = std::any_of(description.instances.begin(), description.instances.end(),
+                               [](const Instance& instance) { return instance.semantic != 0; });
+    for (const Instance& instance : description.instances) {
+      const uint32_t id = category_of(instance);
+      if (id == 0) continue;
+      Category& category = categories_[id];
+      category.names.push_back(instance.name.empty() ? description.objects[instance.object].name
+                                                     : instance.name);
+      for (const Keypoint& point : description.keypoints) {
+        auto& points = category.points;
+        if (point.instance == instance.number &&
+            std::find(points.begin(), points.end(), point.name) == points.end())
+          points.push_back(point.name);
+      }
+    }
+  }
+
+  // 0: not annotated.
+  uint32_t category_of(const Instance& instance) const {
+    return has_classes_ ? instance.semantic : description_.objects[instance.object].id;
+  }
+  // Names of the points of a category, in the order of annotations.
+  const std::vector<std::string>& points_of(uint32_t category) const {
+    return categories_.at(category).points;
+  }
+
+  ordered_json json() const {
+    ordered_json list = ordered_json::array();
+    for (const auto& [id, category] : categories_) {
+      ordered_json each;
+      each["id"] = id;
+      // A class of several bodies has no name in the scene.
+      each["name"] = printable_text(category.names.size() == 1
+                                        ? category.names.front()
+                                        : (has_classes_ ? "class " : "object ") + std::to_string(id),
+                                    200);
+      each["supercategory"] = "";
+      if (!category.points.empty()) {
+        each["keypoints"] = ordered_json::array();
+        for (const std::string& name : category.points)
+          each["keypoints"].push_back(printable_text(name, 200));
+        each["skeleton"] = ordered_json::array();
+      }
+      list.push_back(std::move(each));
+    }
+    return list;
+  }
+
+ private:
+  struct Category {
+    std::vector<std::string> names, points;
+  };
+  const Description& description_;
+  bool has_classes_ = false;
+  std::map<uint32_t, Category> categories_;
+};
+
+// x, y and 2 (visible), 1 (hidden) or 0 (outside) of each point.
+void add_keypoints(const ordered_json& line, uint32_t instance, const std::vector<std::string>& names,
+                   ordered_json& annotation) {
+  if (names.empty()) return;
+  ordered_json values = ordered_json::array();
+  uint64_t labelled = 0;
+  for (const std::string& name : names) {
+    ordered_json triple = {0, 0, 0};
+    for (const ordered_json& point : line.at("keypoints")) {
+      if (point.at("instance") != instance || point.at("name") != name || point.at("state") == "outside")
+        continue;
+      triple = {point.at("pixel").at(0), point.at("pixel").at(1), point.at("state") == "visible" ? 2 : 1};
+      ++labelled;
+    }
+    values.insert(values.end(), triple.begin(), triple.end());
+  }
+  annotation["keypoints"] = std::move(values);
+  annotation["num_keypoints"] = labelled;
+}
+
+// One element a line: lists of data sets are long.
+std::string json_list(const std::vector<std::string>& elements) {
+  std::string text = "[";
+  for (const std::string& element : elements) text += (text.size() > 1 ? ",\n" : "\n") + element;
+  return text + "\n]";
+}
+
+}  // namespace
+
+std::vector<std::string> CocoLayout::folders(const Description&) const {
+  return {"images"};
+}
+
+std::string CocoLayout::color_name(const Description&, uint64_t image) const {
+  return "images/" + six_digits(image) + ".png";
+}
+
+std::vector<std::string> CocoLayout::file_names(const Description& description, uint64_t image,
+                                                size_t) const {
+  return {color_name(description, image)};
+}
+
+Result<std::vector<std::vector<uint8_t>>> CocoLayout::encode(const Description&, const sinks::FrameImage&,
+                                                             const ImageLabels&,
+                                                             std::vector<uint8_t> color) const {
+  std::vector<std::vector<uint8_t>> files;
+  files.push_back(std::move(color));
+  return files;
+}
+
+Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Description& description,
+                                  const offline::FrameLines& lines) const {
+  const Categories categories(description);
+  std::vector<std::string> images, annotations;
+  for (const auto& [number, text] : lines) {
+    const ordered_json line = ordered_json::parse(text);
+    ordered_json image;
+    image["id"] = number + 1;
+    image["file_name"] = color_name(description, number);
+    image["width"] = description.width;
+    image["height"] = description.height;
+    image["license"] = 1;
+    image["camera"] = description.cameras[description.index_of_camera(number)];
+    for (const char* name : {"cam_K", "cam_R_w2c", "cam_t_w2c"}) image[name] = line.at(name);
+    images.push_back(image.dump());
+    for (const ordered_json& label : line.at("instances")) {
+      const Instance* const instance = description.find_instance(label.at("instance").get<uint32_t>());
+      const uint32_t category = instance ? categories.category_of(*instance) : 0;
+      if (category == 0 || label.at("px_count_visib") == 0) continue;
+      ordered_json annotation;
+      annotation["id"] = annotations.size() + 1;
+      annotation["image_id"] = number + 1;
+      annotation["category_id"] = category;
+      annotation["iscrowd"] = 0;
+      annotation["bbox"] = label.at("bbox_visib");
+      annotation["area"] = label.at("px_count_visib");
+      annotation["segmentation"] = {{"size", {description.height, description.width}},
+                                    {"counts", label.at("counts")}};
+      add_keypoints(line, instance->number, categories.points_of(category), annotation);
+      for (const char* name :
+           {"instance", "obj_id", "bbox_obj", "visib_fract", "truncated", "cam_R_m2c", "cam_t_m2c"})
+        annotation[name] = label.at(name);
+      annotations.push_back(annotation.dump());
+    }
+  }
+  const ordered_json info = {{"description", "written by fire3dv dataset"}, {"version", "1.0"}};
+  const ordered_json license = {
+      {"id", 1}, {"name", description.license.empty() ? "not stated" : description.license}, {"url", ""}};
+  return write_text(folder / "annotations.json",
+                    "{\"info\":" + info.dump() + ",\n\"licenses\":[" + license.dump() +
+                        "],\n\"categories\":" + categories.json().dump() + ",\n\"images\":" +
+                        json_list(images) + ",\n\"annotations\":" + json_list(annotations) + "}\n");
+}
+
+std::string CocoLayout::conventions(const Description&) const {
+  return R"(COCO's layout.
+
+| file | contents |
+|---|---|
+| `images/IMAGE.png` | 8-bit colours, sRGB; images of one moment follow one another, camera by camera |
+| `annotations.json` | `images`, `categories`, `annotations` |
+
+- `bbox`: left, top, width, height of the visible part; `area`: its pixels.
+- `segmentation`: compressed run lengths (RLE) of the visible part, as pycocotools reads them.
+- `keypoints`: x, y, v; v is 2 (visible), 1 (hidden by another surface), 0 (outside of the image, with
+  0 for x and y). x and y count from the centre of the top left pixel.
+- A category is a class (`semantic` in the extras of glTF nodes); nodes without a class are left out.
+  In a scene without classes each object is a category.
+- Beyond COCO: `cam_K`, `cam_R_w2c`, `cam_t_w2c` of images; `instance`, `obj_id`, `bbox_obj`,
+  `visib_fract`, `truncated`, `cam_R_m2c`, `cam_t_m2c` (BOP's definitions, mm) of annotations.
+)";
+}
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,56 @@
+// Layout of a data set's format: the files of each image, and those of the whole set.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "renderer/dataset/labels/description.h"
+#include "renderer/dataset/labels/labels.h"
+#include "renderer/offline/frame_format.h"
+#include "renderer/sinks/frame.h"
+
+namespace fire3dv::dataset {
+
+// Methods are called by several threads at once.
+class Layout {
+ public:
+  virtual ~Layout() = default;
+
+  // Outputs beside colours, depth and instances.
+  virtual wire::ImageOutputs further_outputs() const { return wire::ImageOutputs(0); }
+  // Sub-folders, relative to the set's.
+  virtual std::vector<std::string> folders(const Description& description) const = 0;
+  // Files of the whole set that begin() writes beside the description, such as models.
+  virtual std::vector<std::string> static_names(const Description&) const { return {}; }
+  // File of the colours.
+  virtual std::string color_name(const Description& description, uint64_t image) const = 0;
+  // Files of an image with so many instances, the colours first; in the order of encode().
+  virtual std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                              size_t instances) const = 0;
+  // color: the PNG.
+  virtual Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                           const sinks::FrameImage& image,
+                                                           const ImageLabels& labels,
+                                                           std::vector<uint8_t> color) const = 0;
+  // Writes the files that list all images.
+  virtual Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                                const offline::FrameLines& lines) const = 0;
+  // Files, units and conventions, as Markdown for the README.
+  virtual std::string conventions(const Description& description) const = 0;
+};
+
+constexpr const char* kFormats = "bop|coco|c3vd|folder";
+// Null: there is no such format.
+std::unique_ptr<Layout> make_layout(const std::string& format);
+
+// Writes a text file atomically.
+Result<void> write_text(const std::filesystem::path& path, const std::string& text);
+// "000123"
+std::string six_digits(uint64_t number);
+
+}  // namespace fire3dv::dataset

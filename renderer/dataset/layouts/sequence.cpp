@@ -1,0 +1,229 @@
+#include "renderer/dataset/layouts/sequence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <glm/gtc/packing.hpp>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "renderer/dataset/layouts/image_files.h"
+#include "renderer/sinks/file_sink.h"
+#include "renderer/sinks/output_text.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kC3vdRangeMm = 100;  // of depth images
+
+std::string number_text(uint64_t number, const char* format) {
+  char text[24];
+  std::snprintf(text, sizeof text, format, static_cast<unsigned long long>(number));
+  return text;
+}
+
+std::vector<uint16_t> c3vd_depth(const std::vector<float>& depth_m) {
+  std::vector<uint16_t> units(depth_m.size());
+  for (size_t i = 0; i < units.size(); ++i) {
+    const double share = std::clamp(double{depth_m[i]} * kMillimetres / kC3vdRangeMm, 0.0, 1.0);
+    units[i] = static_cast<uint16_t>(std::lround(share * UINT16_MAX));
+  }
+  return units;
+}
+
+// From half floats in the world to 0 .. 65535 for -1 .. 1 in the camera's axes.
+std::vector<uint16_t> c3vd_normals(const std::vector<uint8_t>& plane, const glm::dmat3& camera_from_world) {
+  std::vector<uint16_t> units;
+  units.reserve(plane.size() / 8 * 3);
+  for (size_t at = 0; at + 8 <= plane.size(); at += 8) {
+    uint16_t halves[3];
+    std::memcpy(halves, plane.data() + at, sizeof halves);
+    const glm::dvec3 world(glm::unpackHalf1x16(halves[0]), glm::unpackHalf1x16(halves[1]),
+                           glm::unpackHalf1x16(halves[2]));
+    const bool is_background = world == glm::dvec3(0);
+    const glm::dvec3 normal = is_background ? glm::dvec3(-1) : glm::normalize(camera_from_world * world);
+    for (int c = 0; c < 3; ++c)
+      units.push_back(
+          static_cast<uint16_t>(std::lround((std::clamp(normal[c], -1.0, 1.0) + 1) / 2 * UINT16_MAX)));
+  }
+  return units;
+}
+
+std::string dump_numbers(const std::vector<double>& values, const char* separator) {
+  std::string text;
+  for (const double value : values) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.10g", value);
+    text += (text.empty() ? "" : separator) + std::string(number);
+  }
+  return text + "\n";
+}
+
+// Camera to world, 4x4 by columns; millimetres.
+std::string c3vd_pose(const ordered_json& line) {
+  const auto rotation = line.at("cam_R_w2c").get<std::vector<double>>();
+  const auto translation = line.at("cam_t_w2c").get<std::vector<double>>();
+  std::vector<double> pose;
+  for (size_t column = 0; column < 3; ++column) {
+    for (size_t row = 0; row < 3; ++row) pose.push_back(rotation.at(3 * column + row));
+    pose.push_back(0);
+  }
+  for (size_t row = 0; row < 3; ++row) {
+    double value = 0;
+    for (size_t i = 0; i < 3; ++i) value -= rotation.at(3 * i + row) * translation.at(i);
+    pose.push_back(value == 0 ? 0.0 : value);  // no minus zero
+  }
+  pose.push_back(1);
+  return dump_numbers(pose, ",");
+}
+
+std::vector<std::string> camera_folders(const Description& description) {
+  std::vector<std::string> folders;
+  for (uint32_t camera = 0; camera < description.cameras.size(); ++camera)
+    folders.push_back(camera_folder(description, camera));
+  return folders;
+}
+
+std::string folder_of_image(const Description& description, uint64_t image) {
+  return camera_folder(description, description.index_of_camera(image)) + "/";
+}
+
+// cam.txt of each camera, from its first image.
+Result<void> write_camera_matrices(const std::filesystem::path& folder, const Description& description,
+                                   const offline::FrameLines& lines) {
+  for (uint32_t camera = 0; camera < description.cameras.size(); ++camera) {
+    const auto first = lines.find(camera);
+    if (first == lines.end()) continue;
+    const auto k = ordered_json::parse(first->second).at("cam_K").get<std::vector<double>>();
+    std::string text;
+    for (size_t row = 0; row < 3; ++row)
+      text += dump_numbers({k.at(3 * row), k.at(3 * row + 1), k.at(3 * row + 2)}, " ");
+    if (auto written = write_text(folder / camera_folder(description, camera) / "cam.txt", text); !written)
+      return written;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string camera_folder(const Description& description, uint32_t camera) {
+  return number_text(camera, "%02llu") + "_" + sinks::safe_file_name(description.cameras[camera]);
+}
+
+std::vector<std::string> C3vdLayout::folders(const Description& description) const {
+  return camera_folders(description);
+}
+
+std::string C3vdLayout::color_name(const Description& description, uint64_t image) const {
+  return folder_of_image(description, image) + number_text(description.frame_of(image), "%llu") +
+         "_color.png";
+}
+
+std::vector<std::string> C3vdLayout::file_names(const Description& description, uint64_t image,
+                                                size_t) const {
+  const std::string begin =
+      folder_of_image(description, image) + number_text(description.frame_of(image), "%04llu");
+  return {color_name(description, image), begin + "_depth.tiff", begin + "_normals.tiff"};
+}
+
+Result<std::vector<std::vector<uint8_t>>> C3vdLayout::encode(const Description&,
+                                                             const sinks::FrameImage& image,
+                                                             const ImageLabels& labels,
+                                                             std::vector<uint8_t> color) const {
+  std::vector<std::vector<uint8_t>> files;
+  files.push_back(std::move(color));
+  files.push_back(
+      encode_tiff(c3vd_depth(plane_values<float>(image, wire::kDepthF32)), image.width, image.height, 1));
+  const sinks::FramePlane* const normals = find_plane(image, wire::kNormal);
+  FIRE3DV_ASSERT(normals);
+  const glm::dmat3 camera_from_world(glm::inverse(labels.poses.world_from_camera));
+  files.push_back(encode_tiff(c3vd_normals(normals->bytes, camera_from_world), image.width, image.height, 3));
+  return files;
+}
+
+Result<void> C3vdLayout::complete(const std::filesystem::path& folder, const Description& description,
+                                  const offline::FrameLines& lines) const {
+  std::vector<std::string> poses(description.cameras.size());
+  for (const auto& [image, text] : lines)
+    poses[description.index_of_camera(image)] += c3vd_pose(ordered_json::parse(text));
+  for (uint32_t camera = 0; camera < poses.size(); ++camera) {
+    const std::filesystem::path at = folder / camera_folder(description, camera) / "pose.txt";
+    if (auto written = write_text(at, poses[camera]); !written) return written;
+  }
+  return write_camera_matrices(folder, description, lines);
+}
+
+std::string C3vdLayout::conventions(const Description&) const {
+  return R"(C3VD's layout, one folder for each camera. Images are those of a pinhole.
+
+| file | contents |
+|---|---|
+| `N_color.png` | 8-bit colours, sRGB |
+| `NNNN_depth.tiff` | 16 bits: 0 to 65535 is 0 to 100 mm along the camera's axis; farther, and no surface: 65535 |
+| `NNNN_normals.tiff` | 16 bits, RGB: x, y, z of the normal in the camera's axes, 0 to 65535 is -1 to 1; no surface: 0 |
+| `pose.txt` | one line an image: camera to world, 4x4 by columns, millimetres |
+| `cam.txt` | camera matrix by rows, pixels |
+
+Not written: `flow.tiff`, `occlusion.png`, the coverage mesh.
+)";
+}
+
+std::vector<std::string> FolderLayout::folders(const Description& description) const {
+  return camera_folders(description);
+}
+
+std::string FolderLayout::color_name(const Description& description, uint64_t image) const {
+  return folder_of_image(description, image) + six_digits(description.frame_of(image)) + ".png";
+}
+
+std::vector<std::string> FolderLayout::file_names(const Description& description, uint64_t image,
+                                                  size_t) const {
+  const std::string begin = folder_of_image(description, image) + six_digits(description.frame_of(image));
+  std::vector<std::string> names{color_name(description, image)};
+  for (const char* ending : {".depth.npy", ".instance.npy", ".semantic.npy", ".normal.npy", ".json"})
+    names.push_back(begin + ending);
+  return names;
+}
+
+Result<std::vector<std::vector<uint8_t>>> FolderLayout::encode(const Description& description,
+                                                               const sinks::FrameImage& image,
+                                                               const ImageLabels& labels,
+                                                               std::vector<uint8_t> color) const {
+  std::vector<std::vector<uint8_t>> files;
+  files.push_back(std::move(color));
+  for (const auto output : {wire::kDepthF32, wire::kInstanceU32, wire::kSemanticU32, wire::kNormal}) {
+    const sinks::FramePlane* const plane = find_plane(image, output);
+    FIRE3DV_ASSERT(plane);
+    files.push_back(sinks::encode_npy(*plane, image.width, image.height));
+  }
+  ordered_json json;
+  add_json(labels, description, json);
+  const std::string text = json.dump(1) + "\n";
+  files.emplace_back(text.begin(), text.end());
+  return files;
+}
+
+Result<void> FolderLayout::complete(const std::filesystem::path& folder, const Description& description,
+                                    const offline::FrameLines& lines) const {
+  return write_camera_matrices(folder, description, lines);
+}
+
+std::string FolderLayout::conventions(const Description&) const {
+  return R"(One folder for each camera; `numpy.load` reads `.npy`.
+
+| file | contents |
+|---|---|
+| `IMAGE.png` | 8-bit colours, sRGB |
+| `IMAGE.depth.npy` | float32 (h, w): metres along the camera's axis; infinite: no surface |
+| `IMAGE.instance.npy` | uint32 (h, w): instance, of the table below; 0: none |
+| `IMAGE.semantic.npy` | uint32 (h, w): class; 0: none |
+| `IMAGE.normal.npy` | float16 (h, w, 4): normal in the world, and 0 |
+| `IMAGE.json` | `cam_K`, `cam_R_w2c`, `cam_t_w2c` (mm), instances with poses (mm), boxes, masks (COCO's RLE), keypoints |
+| `cam.txt` | camera matrix of the first image by rows, pixels |
+)";
+}
+
+}  // namespace fire3dv::dataset

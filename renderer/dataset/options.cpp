@@ -1,0 +1,134 @@
+#include "renderer/dataset/options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string_view>
+#include <utility>
+
+#include "base/command_line.h"
+#include "base/files.h"
+#include "renderer/dataset/layouts/layout.h"
+#include "renderer/offline/drawing_words.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+constexpr const char* kCommand = "dataset";
+constexpr std::array kWithValue{"--format",    "--out",     "--camera",      "--rate",
+                                "--start",     "--end",     "--clock",       "--object",
+                                "--keypoints", "--license", "--depth-scale", "--shard"};
+constexpr std::array kFlags{"--help", "-h"};
+
+bool is_recording(const std::filesystem::path& path) {
+  if (lower_extension(path) == ".mcap") return true;
+  constexpr std::array<char, 8> kMagic{'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+  std::array<char, 8> begin{};
+  std::error_code fault;
+  if (!std::filesystem::is_regular_file(path, fault)) return false;
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return begin == kMagic;
+}
+
+std::string shell_word(std::string_view word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=,:+@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) return std::string(word);
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+// Without the shard and with a placeholder for the folder.
+std::string command_text(int argc, char** argv) {
+  std::string text = std::string("fire3dv ") + kCommand;
+  for (int i = 2; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    const std::string_view name = word.substr(0, word.find('='));
+    if (name == "--shard" || name == "--out") {
+      if (name == word) ++i;
+      continue;
+    }
+    text += " " + shell_word(word);
+  }
+  return text + " --out DIR";
+}
+
+std::string formats_text() {
+  std::string text = kFormats;
+  std::replace(text.begin(), text.end(), '|', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
+  DatasetOptions options;
+  CLI::App app{"Writes a labelled data set of a recording or a scene, in a format that trainers open."};
+  app.name("fire3dv dataset");
+  set_help(app, "RECORDING.mcap|SCENE [SCENE] --format FORMAT --out DIR [OPTIONS]");
+  app.footer(
+      "Options of images, drawing and devices are those of fire3dv. Details: man fire3dv-dataset, and\n"
+      "docs/datasets.md.");
+  set_program_flags(app);
+  std::string rate, shard;
+  OptionGroup group(app);
+  group.add_choice("--format", options.format, kFormats, "layout of the files");
+  group.add("--out", options.run.out, "DIR", "folder of the data set; an interrupted run continues");
+  group.add_repeatable("--camera", options.cameras, "NAME|auto", "camera by node or camera name; repeatable");
+  group.add("--rate", rate, "RATE", "frames per second of simulated time (default: each recorded one)");
+  group.add("--start", options.run.start_s, "SECONDS", "begin SECONDS after the first recorded frame");
+  group.add("--end", options.run.end_s, "SECONDS", "end SECONDS after it; of an animated scene: its time");
+  group.add("--clock", options.run.clock, "STREAM", "stream whose frames and time count (default: first)");
+  group.add_repeatable("--object", options.objects, "NODE",
+                       "label meshes of this node and below it alone; repeatable");
+  group.add("--keypoints", options.keypoints, "FILE.json", "named points of nodes (see manual)");
+  group.add("--license", options.license, "TEXT", "licence that the data set states");
+  group.add("--depth-scale", options.depth_unit_mm, "MM", "unit of 16-bit depth images in millimetres");
+  group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
+  offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
+  try {
+    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return offline::usage_error(kCommand, usage_text(app, error));
+  }
+  const auto refuse = [](const std::string& text) { return offline::usage_error(kCommand, text); };
+  if (words.rest.empty() || words.rest[0].starts_with('-'))
+    return refuse(
+        "name a recording or a scene first: fire3dv dataset FILE.mcap|SCENE --format FORMAT --out DIR");
+  if (options.format.empty()) return refuse("--format: name one of: " + formats_text());
+  if (options.run.out.empty()) return refuse("--out: name a folder for the data set");
+  if (is_recording(words.rest[0])) {
+    options.run.recording = words.rest[0];
+    words.rest.erase(words.rest.begin());
+  }
+  auto drawing = offline::parse_drawing(kCommand, argv[0], std::move(words.rest));
+  if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
+  options.run.drawing = std::move(std::get<offline::Drawing>(drawing).options);
+  options.run.look = std::move(std::get<offline::Drawing>(drawing).look);
+
+  const bool is_scene = options.run.recording.empty();
+  options.run.rate = is_scene ? std::optional(offline::FrameRate{}) : std::nullopt;
+  if (!rate.empty()) {
+    const auto parsed = offline::parse_frame_rate(rate);
+    if (!parsed) return refuse(parsed.error().message);
+    options.run.rate = *parsed;
+  }
+  if (const auto wrong = offline::check_range(options.run.start_s, options.run.end_s)) return refuse(*wrong);
+  if (is_scene && !options.run.clock.empty()) return refuse("--clock is for recordings, and this is a scene");
+  if (is_scene && options.run.drawing.animate.empty() && (options.run.end_s || options.run.start_s != 0))
+    return refuse("--start and --end of a scene are times of an animation: choose one with --animate");
+  if (!(options.depth_unit_mm >= 1e-4 && options.depth_unit_mm <= 1000))
+    return refuse("--depth-scale must be a number of millimetres from 0.0001 to 1000");
+  if (options.cameras.size() > offline::kMaxCameras)
+    return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
+  if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))
+    return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");
+  options.command = command_text(argc, argv);
+  return options;
+}
+
+}  // namespace fire3dv::dataset

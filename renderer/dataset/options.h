@@ -1,0 +1,27 @@
+// Command line of `fire3dv dataset`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "renderer/offline/commands.h"
+
+namespace fire3dv::dataset {
+
+struct DatasetOptions {
+  offline::RenderOptions run;  // recording, times, drawing, folder and shard
+  std::string format;
+  std::vector<std::string> cameras;  // empty: the scene's first, or one that frames it
+  std::vector<std::string> objects;  // nodes; empty: all with triangles
+  std::filesystem::path keypoints;   // side file; empty: none
+  std::string license;
+  double depth_unit_mm = 0.1;
+  std::string command;  // the command line, without what differs between shards
+};
+
+// Returns options or an exit code. argv[1] is the subcommand.
+std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv);
+
+}  // namespace fire3dv::dataset

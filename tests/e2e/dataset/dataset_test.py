@@ -1,0 +1,373 @@
+#!/usr/bin/env python3
+"""End-to-end test of `fire3dv dataset`: labels against closed forms, rules of the formats, and the same bytes however it runs."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+
+import numpy as np
+
+from harness import HANG_S, Program, check, main, vulkan_environment, wait_until
+from label_readers import BopImage, box_of, check_bop, decode_rle, pixels_of, points_of, read_color, read_json, read_ply, read_tiff
+from label_scene import CENTRES, CUBE_HALF, FOCAL_PX, SIZE, SLAB, SPHERE_RADIUS, write_label_scene
+
+METRE = 1000.0  # in millimetres
+DEPTH_UNIT_MM = 4.0
+
+
+def scene_of(test):
+    path = os.path.join(test.folder, "labels.glb")
+    if not os.path.exists(path):
+        write_label_scene(path, keypoints=True)
+    return path
+
+
+def recording(test):
+    path = os.path.join(test.folder, "made.mcap")
+    if not os.path.exists(path):
+        subprocess.run([test.programs_at["make"], path, test.scene], check=True, timeout=HANG_S)
+    return path
+
+
+def command_of(test, out, *arguments, inputs=None):
+    inputs = inputs if inputs is not None else [recording(test), scene_of(test)]
+    return [test.programs_at["fire3dv"], "dataset", *inputs, "--out", out, "--cache", "off", "--tone-map", "none", "--ground", "off",
+            "--shadows", "off", "--samples", "1", "--size", f"{SIZE[0]}x{SIZE[1]}", "--depth-scale", DEPTH_UNIT_MM, *map(str, arguments)]
+
+
+def start(test, out, *arguments, **options):
+    return Program(test, "dataset", list(map(str, command_of(test, out, *arguments, **options))), vulkan_environment())
+
+
+def run(test, out, *arguments, code=0, **options):
+    program = start(test, out, *arguments, **options)
+    program.expect_exit(code)
+    return program.stderr_text()
+
+
+def join(test, *arguments, code=0):
+    program = Program(test, "join", [test.programs_at["fire3dv"], "join", *map(str, arguments)], vulkan_environment())
+    program.expect_exit(code)
+    return program.stderr_text()
+
+
+def tree(folder):
+    """All files with their bytes."""
+    found = {}
+    for at, _, names in os.walk(folder):
+        for name in names:
+            path = os.path.join(at, name)
+            with open(path, "rb") as file:
+                found[os.path.relpath(path, folder)] = file.read()
+    return found
+
+
+def expect_same(folder, wanted, what):
+    ours, theirs = tree(folder), tree(wanted)
+    check(set(ours) == set(theirs), f"{what}: files {sorted(set(ours) ^ set(theirs))[:8]}")
+    differing = [name for name in ours if ours[name] != theirs[name]]
+    check(not differing, f"{what}: other bytes in {differing[:8]}")
+
+
+def lines_of(folder):
+    with open(os.path.join(folder, "frames.jsonl"), encoding="utf-8") as file:
+        return [json.loads(line) for line in file]
+
+
+def names_of(folder):
+    """Names of instances by number."""
+    return {each["instance"]: each["name"] for each in read_json(os.path.join(folder, "dataset.json"))["instances"]}
+
+
+RUN = ("--rate", 20, "--camera", "front", "--camera", "side")
+
+
+def whole_run(test, form):
+    folder = os.path.join(test.folder, f"whole {form}")
+    if not os.path.exists(folder):
+        run(test, folder, "--format", form, *RUN)
+    return folder
+
+
+def expect_centroid(k, rotation, translation_mm, mask, what):
+    """A small sphere's centroid is where its centre is projected to: half a pixel would be an error."""
+    centre = rotation @ (np.array(CENTRES["green"]) * METRE) + translation_mm
+    wanted = pixels_of(k, centre[None])[0]
+    v, u = np.nonzero(mask)
+    away = np.array([u.mean(), v.mean()]) - wanted
+    check(np.abs(away).max() < 0.25, f"{what}: the sphere's centroid is {away} pixels away")
+    return away
+
+
+def expect_on_cube(k, depth_mm, rotation, translation_mm, mask, centre, what):
+    """Pixels with their depths lie on the faces of the cube that is put where the pose says."""
+    points = (points_of(k, depth_mm)[mask] - translation_mm) @ rotation - np.array(centre) * METRE
+    away = np.abs(points).max(1) - CUBE_HALF * METRE
+    check(np.abs(away).max() < 4 * DEPTH_UNIT_MM, f"{what}: {np.abs(away).max():.1f} mm from the cube's faces")
+
+
+def bop_is_right(test):
+    folder = whole_run(test, "bop")
+    labels = check_bop(folder)
+    lines, names = lines_of(folder), names_of(folder)
+    check(labels == sum(len(line["instances"]) for line in lines) > 60, f"{labels} labels")
+    check([line["frame"] for line in lines] == list(range(len(lines))) and len(lines) == 2 * 16, f"{len(lines)} images")
+    aways = []
+    for line in lines:
+        scene, number = line["frame"] % 2, line["frame"] // 2
+        image = BopImage(os.path.join(folder, "train_pbr", f"{scene:06}"), number)
+        focal = FOCAL_PX[["front", "side"][scene]]
+        check(np.allclose(image.k, [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]], atol=1e-3), f"K: {image.k}")
+        for gt, (pose, each) in enumerate(zip(image.poses, line["instances"])):
+            rotation, translation = np.reshape(pose["cam_R_m2c"], (3, 3)), np.array(pose["cam_t_m2c"])
+            mask, name = image.mask("mask_visib", gt), names[each["instance"]]
+            what = f"image {line['frame']}, {name}"
+            if name == "green" and each["visib_fract"] == 1 and not each["truncated"]:
+                # Another body may hide a part of the sphere: its pixels then are fewer than those of the disc.
+                disc = np.pi * (focal * SPHERE_RADIUS * METRE / translation[2]) ** 2
+                if mask.sum() > 0.9 * disc:
+                    aways.append(expect_centroid(image.k, rotation, translation, mask, what))
+            elif name in ("red", "blue"):
+                expect_on_cube(image.k, image.depth, rotation, translation, mask, CENTRES[name], what)
+    check(len(aways) >= 10 and np.abs(np.mean(aways, 0)).max() < 0.06, f"{len(aways)} spheres, on average {np.mean(aways, 0)} away")
+    # World to camera: the scene's camera, in OpenCV's axes.
+    camera = lines[0]
+    rotation = np.reshape(camera["cam_R_w2c"], (3, 3))
+    eye = -rotation.T @ np.array(camera["cam_t_w2c"]) / METRE
+    check(np.allclose(eye, (0, 10, 150), atol=1e-4), f"the camera is at {eye}")
+    check(np.allclose(rotation[1], [0, -np.cos(0.05), np.sin(0.05)], atol=1e-6), f"down is {rotation[1]}")
+
+
+def models_have_the_scale_of_their_nodes(test):
+    folder = whole_run(test, "bop")
+    description = read_json(os.path.join(folder, "dataset.json"))
+    slab = next(each for each in description["instances"] if each["name"] == SLAB)
+    vertices, _ = read_ply(os.path.join(folder, "models", f"obj_{slab['object']:06}.ply"))
+    check(np.allclose(np.ptp(vertices[:, :3], 0), np.array([180, 4, 60]) * METRE, rtol=1e-4), f"the slab: {np.ptp(vertices[:, :3], 0)}")
+    check(slab["class"] == 7, f"{slab}")
+
+
+def odd_names_stay_texts(test):
+    folder = whole_run(test, "bop")
+    check(not os.path.exists(os.path.join(test.folder, "slab ")), "a node's name became a path")
+    page = open(os.path.join(folder, "index.html"), encoding="utf-8").read()
+    check("<b>" not in page and "&lt;b&gt;" in page, "a node's name became mark-up")
+    check("http://" not in page and "https://" not in page and page.count("data:image/jpeg") == 24, "the page is not self-contained")
+    readme = open(os.path.join(folder, "README.md"), encoding="utf-8").read()
+    check("fire3dv dataset" in readme and "not stated" in readme and "OpenCV" in readme, readme)
+
+
+def shards_are_the_whole(test, form="bop"):
+    folder = whole_run(test, form)
+    parts = [test.path(f"{form} part{i}") for i in (1, 2)]
+    for i, part in enumerate(parts, 1):
+        run(test, part, "--format", form, *RUN, "--shard", f"{i}/2")
+        check(not os.path.exists(os.path.join(part, "index.html")), "a part claims to be the whole")
+    joined = test.path(f"{form} joined")
+    join(test, *reversed(parts), "--out", joined)
+    expect_same(joined, folder, "joined shards")
+    check("name a folder" in join(test, *parts, "--out", test.path("x.mp4"), code=1), "a video of labels")
+    said = join(test, parts[0], "--out", test.path("x"), code=1)
+    check("render again with --shard 2/2" in said, said)
+
+
+def a_killed_run_is_gone_on_with(test, form="bop"):
+    folder = whole_run(test, form)
+    out = test.path(f"{form} killed")
+    program = start(test, out, "--format", form, *RUN)
+    path = os.path.join(out, "frames.jsonl")
+    wait_until(lambda: f"images; it said:\n{program.stderr_text()}",
+               lambda: os.path.exists(path) and len(open(path, "rb").read().splitlines()) >= 3 or not program.alive())
+    program.signal(signal.SIGKILL)
+    program.wait()
+    kept = lines_of(out)
+    # What a power cut may leave: a listed file of another size.
+    with open(os.path.join(out, kept[1]["file"]), "ab") as file:
+        file.write(b"x")
+    with open(path, "a", encoding="utf-8") as file:
+        file.write('{"frame":7,"instances":[')
+    said = run(test, out, "--format", form, *RUN)
+    check(f"{len(kept) - 1} images are there already" in said, said)
+    expect_same(out, folder, "what was gone on with")
+    check("all images are there already" in run(test, out, "--format", form, *RUN), "it was drawn again")
+    said = run(test, out, "--format", form, *RUN, "--license", "CC0", code=1)
+    check("holds frames of another run" in said and "license" in said, said)
+
+
+def each_recorded_frame_is_drawn(test):
+    out = test.path("recorded")
+    run(test, out, "--format", "bop", "--start", 0.1, "--end", 0.15)
+    lines = lines_of(out)
+    arms = [next(each for each in line["streams"] if each["stream"] == "arm")["sim_time_ns"] for line in lines]
+    check(arms == [at * 10_000_000 for at in range(11, 17)], f"{arms}")
+
+
+def a_scene_is_drawn_at_rest(test):
+    out = test.path("still")
+    run(test, out, "--format", "bop", "--object", "red", "--object", SLAB, "--license", "CC BY 4.0", inputs=[scene_of(test)])
+    (line,) = lines_of(out)
+    check([each["instance"] for each in line["instances"]] == [1, 4] and line["streams"] == [], f"{line}")
+    check(check_bop(out) == 2, "labels")
+    check("CC BY 4.0" in open(os.path.join(out, "README.md"), encoding="utf-8").read(), "the licence is missing")
+
+
+def coco_is_right(test):
+    folder = whole_run(test, "coco")
+    coco, lines = read_json(os.path.join(folder, "annotations.json")), lines_of(folder)
+    check([image["id"] for image in coco["images"]] == list(range(1, len(lines) + 1)), "ids of images")
+    check([each["id"] for each in coco["annotations"]] == list(range(1, len(coco["annotations"]) + 1)), "ids of annotations")
+    categories = {each["id"]: each for each in coco["categories"]}
+    check({number: each["name"] for number, each in categories.items()} == {1: "class 1", 2: "green", 7: SLAB}, f"{categories}")
+    check(categories[1]["keypoints"] == ["back corner", "front corner"], f"{categories[1]}")
+    seen, aways, covered, names = {"visible": 0, "hidden": 0}, [], 0, names_of(folder)
+    for image in coco["images"]:
+        k = np.reshape(image["cam_K"], (3, 3))
+        colours = read_color(os.path.join(folder, image["file_name"])).astype(int)
+        check(colours.shape[:2] == (image["height"], image["width"]), image["file_name"])
+        for each in (each for each in coco["annotations"] if each["image_id"] == image["id"]):
+            mask = decode_rle(each["segmentation"])
+            check(mask.shape == colours.shape[:2] and each["area"] == mask.sum() > 0 and each["bbox"] == box_of(mask), f"{each}")
+            rotation, translation, name = np.reshape(each["cam_R_m2c"], (3, 3)), np.array(each["cam_t_m2c"]), names[each["instance"]]
+            if name in ("green", "blue"):  # its pixels have its colour
+                channel = {"green": 1, "blue": 2}[name]
+                others = np.delete(colours[mask], channel, 1).max(1)
+                check((colours[mask][:, channel] >= others).mean() > 0.7, f"image {image['id']}, {name}: pixels of another colour")  # edges are smoothed
+                covered += mask.sum()
+            if name == "red":
+                points = np.array([[*np.add(CENTRES["red"][:2], CUBE_HALF), side * CUBE_HALF] for side in (-1, 1)]) * METRE
+                wanted = pixels_of(k, points @ rotation.T + translation)
+                values = np.reshape(each["keypoints"], (2, 3))
+                for (x, y, state), at in zip(values, wanted):
+                    inside = -0.5 < at[0] < SIZE[0] - 0.5 and -0.5 < at[1] < SIZE[1] - 0.5
+                    check((state > 0) == inside, f"image {image['id']}: {at} has the state {state}")
+                    check(not inside or np.allclose((x, y), at, atol=1e-2), f"image {image['id']}: {x}, {y} is not {at}")
+                    seen["visible" if state == 2 else "hidden"] += inside
+                # From the front the near corner is seen before the far one.
+                check(values[1, 2] != 1 or values[0, 2] != 2 or image["camera"] != "front", f"image {image['id']}: {values}")
+            disc = np.pi * (k[0, 0] * SPHERE_RADIUS * METRE / translation[2]) ** 2
+            if name == "green" and not each["truncated"] and mask.sum() > 0.9 * disc:
+                aways.append(expect_centroid(k, rotation, translation, mask, f"image {image['id']}"))
+    check(min(seen.values()) > 3 and covered > 1000, f"keypoints: {seen}, pixels: {covered}")
+    check(len(aways) >= 10 and np.abs(np.mean(aways, 0)).max() < 0.06, f"{len(aways)} spheres, on average {np.mean(aways, 0)} away")
+
+
+def opencv_reads_coco(test):
+    """Boxes from masks by OpenCV are those of the file."""
+    try:
+        import cv2
+    except ImportError:
+        print("left out: OpenCV is not installed (Debian: python3-opencv)", flush=True)
+        return
+    coco = read_json(os.path.join(whole_run(test, "coco"), "annotations.json"))
+    for each in coco["annotations"]:
+        check(list(cv2.boundingRect(decode_rle(each["segmentation"]).astype(np.uint8))) == each["bbox"], f"{each}")
+    image = cv2.imread(os.path.join(whole_run(test, "coco"), coco["images"][0]["file_name"]))
+    check(image.shape == (SIZE[1], SIZE[0], 3), f"{image.shape}")
+
+
+def c3vd_is_right(test):
+    """Points of the depth images lie on the bodies, in the world; the scene is small enough for the range of 100 mm."""
+    folder, scene = test.path("c3vd"), test.path("small.glb")
+    write_label_scene(scene, scale=4e-4)
+    run(test, folder, "--format", "c3vd", "--camera", "front", "--camera", "side", inputs=[scene])
+    for index, name in enumerate(("front", "side")):
+        at = os.path.join(folder, f"{index:02}_{name}")
+        check(sorted(os.listdir(at)) == ["0000_depth.tiff", "0000_normals.tiff", "0_color.png", "cam.txt", "pose.txt"], f"{os.listdir(at)}")
+        k = np.loadtxt(os.path.join(at, "cam.txt"))
+        depth_mm = read_tiff(os.path.join(at, "0000_depth.tiff")) / 65535 * 100
+        normals = read_tiff(os.path.join(at, "0000_normals.tiff")) / 65535 * 2 - 1
+        world_from_camera = np.loadtxt(os.path.join(at, "pose.txt"), delimiter=",").reshape(4, 4).T
+        check(depth_mm.shape == SIZE[::-1] and normals.shape == (*SIZE[::-1], 3), f"{depth_mm.shape}")
+        surface = depth_mm < 100
+        check(500 < surface.sum() < surface.size and np.allclose(normals[~surface], -1), "surfaces and background")
+        points = points_of(k, depth_mm)[surface] @ world_from_camera[:3, :3].T + world_from_camera[:3, 3]
+        away = [np.abs(np.abs(points - np.array(CENTRES[cube]) * 0.4).max(1) - CUBE_HALF * 0.4) for cube in ("red", "blue")]
+        away.append(np.abs(np.linalg.norm(points - np.array(CENTRES["green"]) * 0.4, axis=1) - SPHERE_RADIUS * 0.4))
+        near = np.min(away, 0) < 0.03  # of a ball of flat triangles, too
+        slab = points[:, 1] < -9
+        check((near | slab).all(), f"{name}: {(~(near | slab)).sum()} of {len(near)} points are on no body")
+        world_normals = normals[surface] @ world_from_camera[:3, :3].T
+        check(np.allclose(np.linalg.norm(world_normals, axis=1), 1, atol=2e-3), "normals are not of length 1")
+        top = slab & (world_normals[:, 1] > 0.5)
+        check(top.sum() > 100 and np.allclose(world_normals[top], (0, 1, 0), atol=2e-3), f"{name}: the slab's normal")
+
+
+def folders_are_right(test):
+    folder = test.path("folder")
+    run(test, folder, "--format", "folder", inputs=[scene_of(test)])
+    at = os.path.join(folder, "00_front")
+    labels = read_json(os.path.join(at, "000000.json"))
+    depth, instances, classes, normals = (np.load(os.path.join(at, f"000000.{kind}.npy")) for kind in ("depth", "instance", "semantic", "normal"))
+    check(depth.shape == instances.shape == classes.shape == normals.shape[:2] == SIZE[::-1], f"{depth.shape}")
+    check(np.array_equal(np.isfinite(depth), instances > 0) and set(np.unique(instances)) == {0, 1, 2, 3, 4}, "planes")
+    for each in labels["instances"]:
+        mask = instances == each["instance"]
+        check(np.array_equal(decode_rle({"size": list(mask.shape), "counts": each["counts"]}), mask), f"{each}")
+        check((classes[mask] == each["class"]).all(), "classes")
+    red = labels["instances"][0]
+    expect_on_cube(labels["cam_K"], depth * METRE, np.reshape(red["cam_R_m2c"], (3, 3)), np.array(red["cam_t_m2c"]), instances == 1, CENTRES["red"], "red")
+    states = {each["name"]: each["state"] for each in labels["keypoints"]}
+    check(states == {"front corner": "visible", "back corner": "hidden", "far away": "outside"}, f"{states}")
+
+    # Points of a side file; wrong ones are refused.
+    side, out = test.path("points.json"), test.path("side")
+    for content, code, said in (({"blue": {"tip": [0, -16, 9]}}, 0, ""), ({"nope": {"tip": [0, 0, 0]}}, 1, 'no node of the scene has the name or path "nope"'),
+                                ({"blue": {"tip": [0, 1]}}, 1, '"tip" is not three numbers')):
+        with open(side, "w", encoding="utf-8") as file:
+            json.dump(content, file)
+        check(said in run(test, out, "--format", "folder", "--keypoints", side, inputs=[scene_of(test)], code=code), f"{content}")
+    (line,) = lines_of(out)
+    check([each["state"] for each in line["keypoints"] if each["name"] == "tip"] == ["visible"], f"{line['keypoints']}")
+
+
+def bad_input(test):
+    out, scene = test.path("nowhere"), scene_of(test)
+    plain = test.path("file")
+    open(plain, "w").close()
+    for arguments, code, sentence in (
+            ([], 2, "name a recording or a scene first"),
+            ([scene, "--out", out], 2, "--format: name one of: bop coco c3vd folder"),
+            ([scene, "--out", out, "--format", "png"], 2, "--format"),
+            ([scene, "--format", "bop"], 2, "--out: name a folder"),
+            ([scene, "--format", "bop", "--out", out, "--shard", "2/1"], 2, "--shard 2/1"),
+            ([scene, "--format", "bop", "--out", out, "--outputs", "depth"], 2, "--format decides"),
+            ([scene, "--format", "bop", "--out", out, "--end", "2"], 2, "--animate"),
+            ([scene, "--format", "bop", "--out", out, "--depth-scale", "0"], 2, "--depth-scale"),
+            ([scene, "--format", "bop", "--out", out, "--camera", "nope"], 1, "--camera nope"),
+            ([scene, "--format", "bop", "--out", out, "--object", "nope"], 1, '--object: no node has the name or path "nope"'),
+            ([test.scene, "--format", "bop", "--out", out], 1, "is orthographic"),
+            ([scene, "--format", "bop", "--out", plain + "/x"], 1, "file/x")):
+        program = Program(test, "dataset", [test.programs_at["fire3dv"], "dataset", *arguments], vulkan_environment())
+        check(program.wait() == code, f"{arguments} ended with {program.process.returncode}:\n{program.stderr_text()}")
+        check(sentence in program.stderr_text(), f"{arguments} said:\n{program.stderr_text()}")
+        check(not os.path.exists(out), f"{arguments} left a folder")
+
+    disk = test.path("disk")
+    os.mkdir(disk)
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "fire3dv-test", disk], capture_output=True).returncode != 0:
+        print("left out: a disk that is full, which takes root to make", flush=True)
+        return
+    try:
+        path = os.path.join(disk, "full")
+        said = run(test, path, "--format", "bop", *RUN, code=1)
+        check("No space left on device; free some" in said, said)
+        for line in lines_of(path):
+            check(os.path.getsize(os.path.join(path, line["file"])) == line["bytes"][0], f"half an image is listed: {line['file']}")
+        shutil.rmtree(path)
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+if __name__ == "__main__":
+    def all_of(*parts):
+        def run_all(test):
+            for part in parts:
+                part(test)
+        return run_all
+    # One folder for all comparisons with the reference run, which is drawn once.
+    main({"bop": all_of(bop_is_right, models_have_the_scale_of_their_nodes, odd_names_stay_texts, shards_are_the_whole,
+                        a_killed_run_is_gone_on_with),
+          "coco": all_of(coco_is_right, opencv_reads_coco), "c3vd": c3vd_is_right, "folder": folders_are_right,
+          "inputs": all_of(each_recorded_frame_is_drawn, a_scene_is_drawn_at_rest), "bad_input": bad_input},
+         ("fire3dv", "make"))
