@@ -51,4 +51,4 @@ def slow_renderer(test, transport):
 
 if __name__ == "__main__":
     main({f"{transport}_{run.__name__}": lambda test, t=transport, r=run: r(test, t)
-          for transport in TRANSPORTS for run in (stopped_renderer, slow_renderer)}, ["fire3dv", "publisher"])
+          for transport in TRANSPORTS for run in (stopped_renderer, slow_renderer)}, ["fire3dv", "publisher"], plain_images=True)

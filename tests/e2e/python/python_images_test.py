@@ -18,7 +18,7 @@ import fire3dv
 from fire3dv._files import gray_png, png
 from fire3dv._scene_names import SceneNames
 from greedy_scene import Binary, write_glb
-from harness import HANG_S, main, vulkan_environment
+from harness import HANG_S, PLAIN_IMAGES, main, vulkan_environment
 from image_reader import SIZE, check, read_gray_png, read_png, write_scene
 from readme_commands import code_blocks
 
@@ -38,8 +38,9 @@ def raised(kind, text, call):
 
 def renderer_of(test, scene, *arguments):
     os.environ.update(vulkan_environment())
+    plain = () if "path" in arguments else PLAIN_IMAGES
     return fire3dv.Renderer(scene, program=test.programs_at["fire3dv"], start_timeout_s=HANG_S,
-                            arguments=["--validation", "--cache", "off", "--tone-map", "none", *arguments])
+                            arguments=["--validation", "--cache", "off", "--tone-map", "none", *plain, *arguments])
 
 
 def planes(test):

@@ -57,4 +57,4 @@ def drag(test, screen):
 
 
 if __name__ == "__main__":
-    main({"drag": on_a_screen(drag, size=(1280, 800))}, ["fire3dv"])
+    main({"drag": on_a_screen(drag, size=(1280, 800))}, ["fire3dv"], plain_images=True)

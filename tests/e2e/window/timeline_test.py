@@ -153,4 +153,4 @@ def variants(test, screen):
 CASES = {f.__name__: on_a_screen(f) for f in (animations, replays, variants)}
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "publisher"])
+    main(CASES, ["fire3dv", "publisher"], plain_images=True)

@@ -77,4 +77,4 @@ def paths(test, screen):
 CASES = {f.__name__: on_a_screen(f) for f in (surface, device, memory, paths)}
 
 if __name__ == "__main__":
-    main(CASES, ["fire3dv", "lose"])
+    main(CASES, ["fire3dv", "lose"], plain_images=True)
