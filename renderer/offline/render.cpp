@@ -91,7 +91,7 @@ Result<FrameTimes> choose_times(const Timeline* no_timeline, const RenderOptions
       options.end_s && *options.end_s < length_s ? into(*options.end_s) : timeline.last_ns();
   const int64_t first_ns = std::min(into(options.start_s), last_ns);
   if (options.rate) return frame_times(first_ns, last_ns, *options.rate);
-  auto times = frame_times(first_ns, last_ns, timeline.recorded_ns());
+  auto times = recorded_frame_times(first_ns, last_ns, timeline.recorded_ns());
   if (times && times->frames == 0)
     return Error{"no frame of stream \"" + wire::printable(timeline.guide()) +
                  "\" is recorded in that part: choose another with --start and --end, or set --rate"};

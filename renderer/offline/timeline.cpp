@@ -88,7 +88,8 @@ Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRat
   return times;
 }
 
-Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const std::vector<int64_t>& recorded_ns) {
+Result<FrameTimes> recorded_frame_times(int64_t first_ns, int64_t last_ns,
+                                        const std::vector<int64_t>& recorded_ns) {
   if (recorded_ns.size() > kMaxRecordedFrames)
     return Error{"the recording has more than " + std::to_string(kMaxRecordedFrames) +
                  " frames: choose how many a second are drawn with --rate"};

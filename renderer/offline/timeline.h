@@ -54,7 +54,8 @@ struct FrameTimes {
 // Schedules all frames in [first_ns, last_ns]. Fails if there are more than kMaxFrames.
 Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const FrameRate& rate);
 // Schedules the recorded frames in [first_ns, last_ns]. recorded_ns: ascending times of all of them.
-Result<FrameTimes> frame_times(int64_t first_ns, int64_t last_ns, const std::vector<int64_t>& recorded_ns);
+Result<FrameTimes> recorded_frame_times(int64_t first_ns, int64_t last_ns,
+                                        const std::vector<int64_t>& recorded_ns);
 
 // Frame range of shard `index` (from 1) of `count`. Shards cover all frames; their sizes differ by at most
 // one.

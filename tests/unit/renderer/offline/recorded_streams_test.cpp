@@ -152,6 +152,15 @@ TEST(FrameTimes, LastFrameIsAtEnd) {
   }
 }
 
+TEST(FrameTimes, RecordedFramesAreThoseOfThePart) {
+  const std::vector<int64_t> recorded_ns{10, 20, 35, 40};
+  const FrameTimes times = *recorded_frame_times(20, 39, recorded_ns);
+  ASSERT_EQ(times.frames, 2u);
+  EXPECT_EQ(times.at_ns(0), 20);
+  EXPECT_EQ(times.at_ns(1), 35);
+  EXPECT_EQ(recorded_frame_times(21, 34, recorded_ns)->frames, 0u);
+}
+
 TEST(RecordedStreams, BetweenFramesIsInterpolated) {
   ViewerDocument show;
   show.take(described(7), 0);
