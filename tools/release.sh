@@ -58,6 +58,8 @@ fi
 [ -z "$(ls -A "$output" 2>/dev/null)" ] || die "$output is not empty"
 mkdir -p "$output"
 output=$(realpath "$output")
+# Not through ccache: it gives the compiler relative paths, which the messages of assertions then name.
+[ -n "$build" ] || cmake --preset release -DFIRE3DV_CCACHE=OFF
 tools/package.sh "${package_options[@]}" "$output"
 build=${build:-build/release}
 built=$("$build/bin/fire3dv" --version | head -n 1)

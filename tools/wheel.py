@@ -18,6 +18,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import time
 
 from packaging_tools import archive
 from packaging_tools.elf import GLIBC, Carrier, glibc_minor, needed, run
@@ -107,11 +108,12 @@ def copy_programs(build, package):
 
 
 def pip_wheel(source, output, **environment):
-    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index", "--no-deps",
-        "--no-build-isolation", "--wheel-dir", output, source, env={**os.environ, **environment})
-    if "SOURCE_DATE_EPOCH" in os.environ:  # the same bytes for the same contents
-        for wheel in glob.glob(os.path.join(output, "*.whl")):
-            archive.normalise(wheel, int(os.environ["SOURCE_DATE_EPOCH"]))
+    with tempfile.TemporaryDirectory() as made:
+        run(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-index", "--no-deps",
+            "--no-build-isolation", "--wheel-dir", made, source, env={**os.environ, **environment})
+        [wheel] = glob.glob(os.path.join(made, "*.whl"))
+        archive.normalise(wheel, int(os.environ.get("SOURCE_DATE_EPOCH", time.time())))
+        shutil.move(wheel, os.path.join(output, os.path.basename(wheel)))
 
 
 def copy_tree(name, target):

@@ -12,7 +12,7 @@ def normalise(path, epoch_s):
     date = max(datetime.datetime.fromtimestamp(epoch_s, datetime.timezone.utc).timetuple()[:6], (1980, 1, 1, 0, 0, 0))
     handle, new = tempfile.mkstemp(dir=os.path.dirname(path) or ".")
     os.close(handle)
-    with zipfile.ZipFile(path) as before, zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as after:
+    with zipfile.ZipFile(path) as before, zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED) as after:
         files = [each for each in before.infolist() if not each.is_dir()]
         for each in sorted(files, key=lambda info: (DIST_INFO in info.filename, info.filename.endswith("/RECORD"), info.filename)):
             entry = zipfile.ZipInfo(each.filename, date_time=date)

@@ -85,7 +85,10 @@ def in_temporary_folder():
         return {}
     folder = tempfile.mkdtemp(prefix="fire3dv-build-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return {"build": {"build_base": folder}, "egg_info": {"egg_base": folder}}
+    options = {"build": {"build_base": folder}, "egg_info": {"egg_base": folder}}
+    if "FIRE3DV_WHEEL_PLATFORM" in os.environ:  # tools/wheel.py packs the wheel anew
+        options["bdist_wheel"] = {"compression": "stored"}
+    return options
 
 
 setup(entry_points={"console_scripts": commands()}, cmdclass={"build_py": WithPrograms, "bdist_wheel": OfEveryPython},
