@@ -98,7 +98,8 @@ foreach(library libavcodec libavformat libavutil libswscale)
   string(REGEX MATCH "^[0-9]+" major "${package_libav_${library}_VERSION}")
   string(APPEND recommended ", ${library}${major}")
 endforeach()
-fire3dv_package(fire3dv SECTION graphics RECOMMENDS "${recommended}"
+set(vulkan_loader "libvulkan1 (>= 1.3)")  # loaded when a program starts
+fire3dv_package(fire3dv SECTION graphics DEPENDS "${vulkan_loader}" RECOMMENDS "${recommended}"
   SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, fire3dv-ros2, python3-fire3dv"
   DESCRIPTION "networked Vulkan renderer for simulators
 A simulator publishes poses from its own process; FIRE-3DV draws them in
@@ -108,7 +109,7 @@ waits, and every image says which simulation step it shows.
 This package contains the renderer, and programs that inspect, record and
 replay streams and convert URDF, SDF, MJCF and AMBF files to glTF.")
 fire3dv_package_programs(fire3dv fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-render
-                         fire3dv-dataset)
+                         fire3dv-doctor fire3dv-dataset)
 fire3dv_install_desktop(share COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 fire3dv_install_service(/usr/bin COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES CHANGELOG.md DESTINATION share/doc/fire3dv RENAME changelog COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
@@ -132,7 +133,7 @@ Steps a MuJoCo model and publishes its poses to FIRE-3DV renderers.")
   fire3dv_package_programs(fire3dv-mujoco fire3dv-mujoco)
 endif()
 if(TARGET fire3dv-drake)
-  fire3dv_package(fire3dv-drake SECTION science RECOMMENDS "${recommended}, fire3dv"
+  fire3dv_package(fire3dv-drake SECTION science DEPENDS "${vulkan_loader}" RECOMMENDS "${recommended}, fire3dv"
     DESCRIPTION "Drake render server of the renderer FIRE-3DV
 Serves Drake's glTF render client over HTTP: camera images of a Drake
 simulation, drawn by FIRE-3DV.")

@@ -23,6 +23,8 @@ FALLBACKS = {
 # NVIDIA's Vulkan driver loads them, also without a display: without libEGL it has no vkCreateInstance. Containers often lack both.
 DRIVERS_NEED = ("libEGL.so.1", "libXext.so.6")
 
+LOADED = ("libvulkan.so.1",)  # loaded when a program starts, by its name: renderer/gpu/loader
+
 
 def run(*command, **options):
     done = subprocess.run(command, text=True, capture_output=True, check=False, **options)
@@ -50,6 +52,19 @@ def resolved(path):
     return dict(re.findall(r"^\s*(\S+) => (/\S+)", text, re.MULTILINE))
 
 
+def loaded(path):
+    """Files of the libraries that the program loads when it starts, by name."""
+    with open(path, "rb") as file:
+        data = file.read()
+    names = [name for name in LOADED if name.encode() + b"\0" in data]
+    listed = run("ldconfig", "-p") if names else ""
+    files = {name: re.search(rf"^\s*{re.escape(name)} \(libc6,(?:x86-64|AArch64).* => (/\S+)", listed, re.MULTILINE) for name in names}
+    missing = [name for name, file in files.items() if not file]
+    if missing:
+        sys.exit(f"wheel.py: {path} loads {', '.join(missing)}, which this machine lacks")
+    return {name: file.group(1) for name, file in files.items()}
+
+
 def fallback_of(name):
     return next((group for group, pattern in FALLBACKS.items() if pattern.fullmatch(name)), None)
 
@@ -74,7 +89,7 @@ class Carrier:
 
     def program(self, source, folder="bin"):
         """Copies a program, or a library that is loaded by its path, and what it needs. Returns its new path."""
-        for name, library in resolved(source).items():
+        for name, library in {**resolved(source), **loaded(source)}.items():
             self._library(name, library)
         target = os.path.join(self.package, folder, os.path.basename(source))
         os.makedirs(os.path.dirname(target), exist_ok=True)

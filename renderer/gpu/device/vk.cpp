@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "renderer/gpu/device/driver_files.h"
+#include "renderer/gpu/loader/vulkan_loader.h"
 #include "renderer/gpu/mask/device_mask.h"
 
 namespace fire3dv::gpu {
@@ -80,6 +81,8 @@ VulkanFailure::VulkanFailure(VkResult code, const char* call)
     : std::runtime_error(describe(code, call)), result(code) {}
 
 Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& options) {
+  if (const std::string& fault = vulkan_loader().fault; !fault.empty())
+    return Error{"there is no usable Vulkan loader (" + fault + "): install libvulkan1 and a Vulkan driver"};
   uint32_t loader_version = VK_API_VERSION_1_0;
   vkEnumerateInstanceVersion(&loader_version);
   if (loader_version < VK_API_VERSION_1_3) {
