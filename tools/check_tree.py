@@ -63,6 +63,7 @@ ALLOWED = {
                                "renderer/capture renderer/app " + ROOMS,
     "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/passes/view renderer/sinks renderer/camera renderer/app "
                                "renderer/offline",
+    "renderer/doctor": BASE + " protocol/transport renderer/gpu renderer/scene renderer/state renderer/settings renderer/passes renderer/loading",
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,
     "convert/mesh/text": MODEL + " convert/mesh/geometry",

@@ -1,4 +1,5 @@
 #include <exception>
+#include <optional>
 #include <string_view>
 
 #include "base/log.h"
@@ -9,15 +10,17 @@
 #include "renderer/app/stop_signals.h"
 #include "renderer/dataset/command.h"
 #include "renderer/dataset/dataset_format.h"
+#include "renderer/doctor/command.h"
 #include "renderer/offline/commands.h"
 
 namespace {
 
+// exit_code_if_stopped: nullopt: signals end the program, which then starts no thread for them.
 template <typename Options>
 int run_with(const std::variant<Options, int>& options, int (*run)(const Options&),
-             int exit_code_if_stopped) {
+             std::optional<int> exit_code_if_stopped) {
   if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
-  fire3dv::app::install_stop_signals(exit_code_if_stopped);
+  if (exit_code_if_stopped) fire3dv::app::install_stop_signals(*exit_code_if_stopped);
   try {
     return run(std::get<Options>(options));
   } catch (const std::exception& failure) {  // Vulkan errors and out of memory: not recoverable
@@ -37,6 +40,7 @@ int main(int argc, char** argv) {
   if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render, 1);
   if (command == "dataset") return run_with(dataset::parse_dataset_options(argc, argv), dataset::run, 1);
   if (command == "join") return run_with(offline::parse_join_options(argc, argv), join, 1);
+  if (command == "doctor") return run_with(doctor::parse_options(argc, argv), doctor::run, std::nullopt);
   if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));
   return run_with(app::parse_options(argc, argv), app::run, 0);
 }

@@ -39,7 +39,7 @@ esac
 [ -s "$work/described/frame_000000.png" ] || fail "fire3dv wrote no PNG of a URDF"
 
 if command -v go-md2man >/dev/null; then
-  for page in fire3dv fire3dv-render fire3dv-convert fire3dv-drake fire3dv-inspect fire3dv-record fire3dv-replay bullet_arm; do
+  for page in fire3dv fire3dv-render fire3dv-doctor fire3dv-convert fire3dv-drake fire3dv-inspect fire3dv-record fire3dv-replay bullet_arm; do
     grep -q '^\.SH OPTIONS' "$prefix/share/man/man1/$page.1" || fail "the manual page $page(1) is not installed"
   done
 fi

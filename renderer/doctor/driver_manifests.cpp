@@ -1,0 +1,179 @@
+#include "renderer/doctor/driver_manifests.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+#include <system_error>
+
+#include "base/files.h"
+#include "base/json/json_fault.h"
+
+namespace fire3dv::doctor {
+namespace {
+
+using Environment = std::map<std::string, std::string>;
+constexpr uint64_t kMaxManifestBytes = 1 << 20;
+constexpr size_t kMaxManifests = 64;  // more are no installation
+
+std::string value_of(const Environment& environment, const char* name) {
+  const auto found = environment.find(name);
+  return found == environment.end() ? "" : found->second;
+}
+
+std::vector<std::string> split_paths(const std::string& paths) {
+  std::vector<std::string> parts;
+  for (size_t begin = 0; begin <= paths.size();) {
+    const size_t end = std::min(paths.find(':', begin), paths.size());
+    if (end > begin) parts.push_back(paths.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::filesystem::path under(const std::filesystem::path& root, const std::filesystem::path& path) {
+  return path.is_absolute() ? root / path.relative_path() : path;
+}
+
+// Folders of the XDG specification in the loader's order.
+std::vector<std::string> base_folders(const Environment& environment) {
+  const auto either = [&](const char* name, const std::string& otherwise) {
+    const std::string value = value_of(environment, name);
+    return value.empty() ? otherwise : value;
+  };
+  const std::string home = value_of(environment, "HOME");
+  std::vector<std::string> folders;
+  const auto add = [&](const std::string& paths) {
+    for (const std::string& path : split_paths(paths)) folders.push_back(path);
+  };
+  add(either("XDG_CONFIG_HOME", home.empty() ? "" : home + "/.config"));
+  add(either("XDG_CONFIG_DIRS", "/etc/xdg"));
+  add("/usr/local/etc:/etc");
+  add(either("XDG_DATA_HOME", home.empty() ? "" : home + "/.local/share"));
+  add(either("XDG_DATA_DIRS", "/usr/local/share:/usr/share"));
+  return folders;
+}
+
+std::vector<std::filesystem::path> json_files(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (auto at = std::filesystem::directory_iterator(folder, error);
+       !error && at != std::filesystem::directory_iterator() && files.size() < kMaxManifests;
+       at.increment(error)) {
+    if (at->path().extension() == ".json") files.push_back(at->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Result<nlohmann::json> read_json(const std::filesystem::path& file) {
+  const Result<FileBytes> bytes = read_file(file, kMaxManifestBytes);
+  std::error_code ignored;
+  if (!bytes)
+    return Error{std::filesystem::exists(file, ignored) ? "it cannot be read" : "it does not exist"};
+  try {
+    const auto* text = reinterpret_cast<const char*>(bytes->data.get());
+    return nlohmann::json::parse(text, text + bytes->size);
+  } catch (const nlohmann::json::exception& fault) {
+    return Error{"it is no JSON: " + json_fault(fault.what())};
+  }
+}
+
+ManifestFacts read_manifest(const std::string& file, const std::string& variable,
+                            const std::filesystem::path& root) {
+  ManifestFacts manifest;
+  manifest.file = file;
+  manifest.variable = variable;
+  const Result<nlohmann::json> json = read_json(under(root, file));
+  if (!json) {
+    manifest.fault = json.error().message;
+    return manifest;
+  }
+  const nlohmann::json* icd = json->is_object() && json->contains("ICD") ? &(*json)["ICD"] : nullptr;
+  if (!icd || !icd->is_object() || !icd->contains("library_path") || !(*icd)["library_path"].is_string()) {
+    manifest.fault = "it has no ICD.library_path";
+    return manifest;
+  }
+  manifest.library = (*icd)["library_path"].get<std::string>();
+  return manifest;
+}
+
+}  // namespace
+
+std::vector<ManifestFacts> find_driver_manifests(const Environment& environment,
+                                                 const std::filesystem::path& root) {
+  std::vector<std::pair<std::string, std::string>> files;  // and the variable that names each
+  const auto add = [&](const std::string& path, const std::string& variable) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(under(root, path), ignored)) {
+      for (const auto& file : json_files(under(root, path)))
+        files.emplace_back((std::filesystem::path(path) / file.filename()).string(), variable);
+    } else {
+      files.emplace_back(path, variable);
+    }
+  };
+  std::string replacing;
+  for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"}) {
+    if (replacing.empty() && !value_of(environment, name).empty()) replacing = name;
+  }
+  if (!replacing.empty()) {
+    for (const std::string& path : split_paths(value_of(environment, replacing.c_str())))
+      add(path, replacing);
+  } else {
+    for (const std::string& path : split_paths(value_of(environment, "VK_ADD_DRIVER_FILES")))
+      add(path, "VK_ADD_DRIVER_FILES");
+    for (const std::string& folder : base_folders(environment)) {
+      const std::string path = folder + "/vulkan/icd.d";
+      std::error_code ignored;
+      if (std::filesystem::is_directory(under(root, path), ignored)) add(path, "");
+    }
+  }
+  std::vector<ManifestFacts> manifests;
+  std::set<std::string> seen;
+  for (const auto& [file, variable] : files) {
+    if (manifests.size() < kMaxManifests && seen.insert(file).second)
+      manifests.push_back(read_manifest(file, variable, root));
+  }
+  return manifests;
+}
+
+std::vector<LayerFacts> find_implicit_layers(const Environment& environment,
+                                             const std::filesystem::path& root) {
+  std::vector<LayerFacts> layers;
+  const std::string disabled = value_of(environment, "VK_LOADER_LAYERS_DISABLE");
+  if (disabled.find("~implicit~") != std::string::npos || disabled.find("~all~") != std::string::npos)
+    return layers;
+  const auto is_set = [&](const nlohmann::json& layer, const char* member) {
+    if (!layer.contains(member) || !layer[member].is_object() || layer[member].empty()) return false;
+    return environment.contains(layer[member].begin().key());
+  };
+  std::set<std::string> seen;
+  for (const std::string& folder : base_folders(environment)) {
+    const std::string path = folder + "/vulkan/implicit_layer.d";
+    for (const auto& file : json_files(under(root, path))) {
+      const Result<nlohmann::json> json = read_json(file);
+      if (!json || !json->is_object()) continue;
+      std::vector<nlohmann::json> found;
+      if (json->contains("layer")) found.push_back((*json)["layer"]);
+      if (json->contains("layers") && (*json)["layers"].is_array())
+        found.insert(found.end(), (*json)["layers"].begin(), (*json)["layers"].end());
+      for (const nlohmann::json& layer : found) {
+        if (!layer.is_object() || !layer.contains("name") || !layer["name"].is_string()) continue;
+        const bool enabled = !layer.contains("enable_environment") || is_set(layer, "enable_environment");
+        if (!enabled || is_set(layer, "disable_environment")) continue;
+        const std::string name = layer["name"].get<std::string>();
+        if (seen.insert(name).second)
+          layers.push_back({name, (std::filesystem::path(path) / file.filename()).string()});
+      }
+    }
+  }
+  return layers;
+}
+
+std::string library_to_load(const ManifestFacts& manifest) {
+  const std::filesystem::path library = manifest.library;
+  if (manifest.library.find('/') == std::string::npos || library.is_absolute()) return manifest.library;
+  return (std::filesystem::path(manifest.file).parent_path() / library).string();
+}
+
+}  // namespace fire3dv::doctor

@@ -1,0 +1,142 @@
+#include "renderer/doctor/gather.h"
+
+#include <sys/socket.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "protocol/transport/core/address.h"
+#include "renderer/doctor/child.h"
+#include "renderer/doctor/device_probes.h"
+#include "renderer/doctor/driver_manifests.h"
+#include "renderer/doctor/system_facts.h"
+#include "renderer/gpu/selection/device_choice.h"
+#include "renderer/loading/disk_caches.h"
+
+namespace fire3dv::doctor {
+namespace {
+
+using Milliseconds = std::chrono::milliseconds;
+
+const char* vendor_name(uint32_t vendor) {
+  switch (vendor) {
+    case 0x1002:
+      return "AMD";
+    case 0x8086:
+      return "Intel";
+    default:
+      return "NVIDIA";
+  }
+}
+
+void gather_drivers(Facts& facts, Milliseconds limit) {
+  const ChildResult loader = run_in_child(probe_loader, limit);
+  if (loader.trial.passed()) {
+    facts.loader.version = loader.value.value("version", 0u);
+    facts.loader.file = loader.value.value("file", "");
+  } else {
+    facts.loader.fault =
+        loader.trial.outcome == Outcome::failed ? loader.trial.detail : "it hangs or crashes";
+  }
+  facts.manifests = find_driver_manifests(facts.environment);
+  facts.implicit_layers = find_implicit_layers(facts.environment);
+  for (ManifestFacts& manifest : facts.manifests) {
+    if (manifest.fault.empty())
+      manifest.load = run_in_child([&] { return probe_library(library_to_load(manifest)); }, limit).trial;
+  }
+}
+
+DeviceFacts device_facts(const nlohmann::json& json) {
+  DeviceFacts device;
+  json.at("index").get_to(device.index);
+  json.at("name").get_to(device.name);
+  json.at("driver").get_to(device.driver);
+  json.at("type").get_to(device.type);
+  json.at("uuid").get_to(device.uuid);
+  json.at("pci_address").get_to(device.pci_address);
+  json.at("vendor_id").get_to(device.vendor_id);
+  json.at("missing").get_to(device.missing);
+  json.at("ray_query").get_to(device.ray_query);
+  json.at("ray_tracing_pipeline").get_to(device.ray_tracing_pipeline);
+  return device;
+}
+
+void gather_devices(Facts& facts, Milliseconds limit) {
+  if (!facts.loader.fault.empty()) return;
+  const ChildResult listed = run_in_child(probe_devices, limit);
+  facts.listing = listed.trial;
+  if (listed.trial.outcome == Outcome::hung || listed.trial.outcome == Outcome::crashed) {
+    for (ManifestFacts& manifest : facts.manifests) {
+      if (manifest.load.passed())
+        manifest.listing = run_in_child([&] { return probe_driver(manifest.file); }, limit).trial;
+    }
+  }
+  if (!listed.trial.passed()) return;
+  for (const nlohmann::json& json : listed.value.at("devices")) facts.devices.push_back(device_facts(json));
+  const nlohmann::json& chosen = listed.value.at("chosen");
+  if (chosen.is_number() && chosen.get<uint32_t>() < facts.devices.size())
+    facts.chosen = chosen.get<uint32_t>();
+  for (DeviceFacts& device : facts.devices) {
+    if (!device.usable()) continue;
+    device.read_back = run_in_child([&] { return probe_read_back(device.index); }, limit).trial;
+    if (device.read_back.passed() && (device.ray_query || device.ray_tracing_pipeline))
+      device.ray = run_in_child([&] { return probe_ray(device.index); }, limit).trial;
+  }
+}
+
+void gather_cuda(Facts& facts, Milliseconds limit) {
+  const ChildResult cuda = run_in_child(probe_cuda, limit);
+  if (cuda.trial.passed() && cuda.value.is_null()) return;  // there is no libcuda
+  facts.cuda = cuda.trial;
+  if (!cuda.trial.passed()) return;
+  for (const nlohmann::json& json : cuda.value)
+    facts.cuda_devices.push_back({static_cast<uint32_t>(facts.cuda_devices.size()),
+                                  json.at("name").get<std::string>(), json.at("uuid").get<std::string>(),
+                                  json.at("mig").get<bool>()});
+}
+
+// In a child, since names are looked up.
+PortFacts try_port(const std::string& option, const std::string& uri, Milliseconds limit) {
+  const ChildResult opened = run_in_child(
+      [&]() -> nlohmann::json {
+        const Result<transport::Uri> parsed = transport::parse_uri(uri);
+        if (!parsed) throw std::runtime_error(parsed.error().message);
+        if (parsed->scheme == transport::Uri::Scheme::shm) return true;
+        const int type = parsed->scheme == transport::Uri::Scheme::udp ? SOCK_DGRAM : SOCK_STREAM;
+        const Result<transport::BoundSocket> bound = transport::bind_listener(*parsed, type, true);
+        if (!bound) throw std::runtime_error(bound.error().message);
+        return true;
+      },
+      limit);
+  PortFacts port{option, "", false};
+  if (opened.trial.outcome == Outcome::failed) port.fault = opened.trial.detail;
+  if (opened.trial.outcome == Outcome::hung) port.fault = "the look-up of its name does not end";
+  if (opened.trial.outcome == Outcome::crashed) port.fault = "the attempt crashes";
+  port.in_use = port.fault.find("in use") != std::string::npos;
+  return port;
+}
+
+}  // namespace
+
+Facts gather_facts(const Addresses& addresses, Milliseconds limit) {
+  Facts facts;
+  facts.environment = environment_variables();
+  if (const auto pipelines =
+          app::find_cache_locations("auto", [](const char* name) { return std::getenv(name); }).pipelines)
+    facts.cache_folder = pipelines->parent_path().string();
+  gather_system_facts(facts);
+  for (const uint32_t vendor : gpu::graphics_vendors_present())
+    facts.gpu_vendors.emplace_back(vendor_name(vendor));
+  gather_drivers(facts, limit);
+  gather_devices(facts, limit);
+  gather_cuda(facts, limit);
+  for (const std::string& uri : addresses.listen)
+    facts.ports.push_back(try_port("--listen " + uri, uri, limit));
+  if (!addresses.serve.empty())
+    facts.ports.push_back(try_port("--serve " + addresses.serve, "tcp://" + addresses.serve, limit));
+  if (!addresses.metrics.empty())
+    facts.ports.push_back(try_port("--metrics " + addresses.metrics, "tcp://" + addresses.metrics, limit));
+  return facts;
+}
+
+}  // namespace fire3dv::doctor

@@ -1,0 +1,196 @@
+#include "renderer/doctor/report.h"
+
+#include <pwd.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "base/build_info.h"
+#include "base/plural.h"
+#include "base/text.h"
+
+namespace fire3dv::doctor {
+namespace {
+
+constexpr size_t kLevelColumns = 9, kIdColumns = 23;
+
+std::string padded(std::string text, size_t columns) {
+  text.resize(std::max(text.size() + 1, columns), ' ');
+  return text;
+}
+
+size_t count(std::span<const CheckedFinding> findings, Level level) {
+  return static_cast<size_t>(std::count_if(
+      findings.begin(), findings.end(), [&](const CheckedFinding& f) { return f.finding.level == level; }));
+}
+
+std::string kernel_text() {
+  utsname name{};
+  if (::uname(&name) != 0) return "";
+  return std::string(name.sysname) + " " + name.release + " " + name.machine;
+}
+
+std::string heading(const Facts& facts) {
+  std::string text = std::string("fire3dv ") + kVersion + " (commit " + kCommit + "), ";
+  if (!facts.system.empty()) text += facts.system + ", ";
+  text += kernel_text();
+  if (facts.container) text += ", in a container";
+  if (facts.wsl) text += ", WSL";
+  return text + "\n";
+}
+
+std::string cuda_index(const Facts& facts, const DeviceFacts& device) {
+  for (const CudaDeviceFacts& cuda : facts.cuda_devices) {
+    if (!cuda.mig && cuda.uuid == device.uuid) return std::to_string(cuda.index);
+  }
+  return "-";
+}
+
+std::string device_table(const Facts& facts) {
+  if (facts.devices.empty()) return "";
+  std::string text = "\n--device  cuda:  PCI address   UUID                                  name (driver)\n";
+  for (const DeviceFacts& device : facts.devices) {
+    text += padded(std::to_string(device.index), 10) + padded(cuda_index(facts, device), 7) +
+            padded(device.pci_address.empty() ? "-" : device.pci_address, 14) + padded(device.uuid, 38) +
+            device.name + " (" + device.driver + ")\n";
+  }
+  const std::string visible = facts.variable("CUDA_VISIBLE_DEVICES");
+  if (!facts.cuda_devices.empty() && !visible.empty())
+    text += "CUDA_VISIBLE_DEVICES=" + visible + " orders the column cuda:\n";
+  return text;
+}
+
+std::string summary(std::span<const CheckedFinding> findings) {
+  const size_t errors = count(findings, Level::error), warnings = count(findings, Level::warning);
+  if (errors == 0 && warnings == 0) return "all is well\n";
+  return counted(errors, "error") + ", " + counted(warnings, "warning") +
+         (errors == 0 ? ": fire3dv can draw here\n" : ": mend the errors first, from the top\n");
+}
+
+// Variables that decide about drivers, devices, folders and windows.
+bool matters(const std::string& name) {
+  constexpr std::array kPrefixes{"VK_",    "NVIDIA_", "CUDA_", "MESA_",  "LP_",       "XDG_",
+                                 "LIBGL_", "DRI_",    "__NV_", "__GLX_", "NODEVICE_", "FIRE3DV"};
+  constexpr std::array kNames{"DISPLAY", "WAYLAND_DISPLAY", "LD_LIBRARY_PATH", "HOME", "LANG", "TMPDIR"};
+  return std::any_of(kPrefixes.begin(), kPrefixes.end(),
+                     [&](const char* prefix) { return name.starts_with(prefix); }) ||
+         std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+}
+
+bool is_word_character(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
+}
+
+void replace_words(std::string& text, const std::string& word, std::string_view by) {
+  if (word.empty()) return;
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    const bool begins = at == 0 || !is_word_character(text[at - 1]);
+    const bool ends = at + word.size() == text.size() || !is_word_character(text[at + word.size()]);
+    if (begins && ends) text.replace(at, word.size(), by);
+    at += begins && ends ? by.size() : word.size();
+  }
+}
+
+}  // namespace
+
+std::string report_text(const Facts& facts, std::span<const CheckedFinding> findings) {
+  std::string text = heading(facts) + device_table(facts) + "\n";
+  for (const auto& [id, finding] : findings) {
+    text += padded(level_name(finding.level), kLevelColumns) + padded(id, kIdColumns) + finding.text + "\n";
+    if (!finding.fix.empty())
+      text += std::string(kLevelColumns + kIdColumns, ' ') + "type: " + finding.fix + "\n";
+  }
+  return terminal_text(text + "\n" + summary(findings));
+}
+
+nlohmann::json report_json(const Facts& facts, std::span<const CheckedFinding> findings) {
+  nlohmann::json devices = nlohmann::json::array(), cuda = nlohmann::json::array(),
+                 list = nlohmann::json::array();
+  const auto outcome = [](const Trial& trial) -> nlohmann::json {
+    if (trial.outcome == Outcome::not_tried) return nullptr;
+    return trial.passed();
+  };
+  for (const DeviceFacts& device : facts.devices)
+    devices.push_back({{"index", device.index},
+                       {"name", device.name},
+                       {"driver", device.driver},
+                       {"type", device.type},
+                       {"uuid", device.uuid},
+                       {"pci_address", device.pci_address},
+                       {"missing", device.missing},
+                       {"read_back", outcome(device.read_back)},
+                       {"ray_tracing", outcome(device.ray)}});
+  for (const CudaDeviceFacts& device : facts.cuda_devices)
+    cuda.push_back(
+        {{"index", device.index}, {"name", device.name}, {"uuid", device.uuid}, {"mig", device.mig}});
+  for (const auto& [id, finding] : findings)
+    list.push_back(
+        {{"id", id}, {"level", level_name(finding.level)}, {"text", finding.text}, {"fix", finding.fix}});
+  return {{"version", kVersion},
+          {"commit", kCommit},
+          {"system", facts.system},
+          {"kernel", kernel_text()},
+          {"container", facts.container},
+          {"wsl", facts.wsl},
+          {"exit_status", exit_status(findings)},
+          {"devices", devices},
+          {"cuda_devices", cuda},
+          {"findings", list}};
+}
+
+std::string report_file(const Facts& facts, std::span<const CheckedFinding> findings) {
+  std::string text = "Output of `fire3dv doctor`:\n\n```\n" + report_text(facts, findings) + "\n";
+  for (const auto& [name, value] : facts.environment) {
+    if (matters(name)) text += name + "=" + printable_text(value, 1000) + "\n";
+  }
+  for (const ManifestFacts& manifest : facts.manifests)
+    text += "manifest " + printable_text(manifest.file, 1000) + ": " +
+            printable_text(
+                manifest.fault.empty()
+                    ? manifest.library + (manifest.load.passed() ? " loads" : " " + describe(manifest.load))
+                    : manifest.fault,
+                1000) +
+            "\n";
+  for (const LayerFacts& layer : facts.implicit_layers)
+    text +=
+        "implicit layer " + printable_text(layer.name, 200) + ": " + printable_text(layer.file, 1000) + "\n";
+  return text + "```\n";
+}
+
+PrivateWords private_words(const Facts& facts) {
+  PrivateWords words;
+  const auto add = [](std::vector<std::string>& list, const std::string& word) {
+    if (!word.empty() && word != "/" && std::find(list.begin(), list.end(), word) == list.end())
+      list.push_back(word);
+  };
+  add(words.homes, facts.variable("HOME"));
+  for (const char* name : {"USER", "LOGNAME", "SUDO_USER"}) add(words.users, facts.variable(name));
+  if (const passwd* const user = ::getpwuid(::getuid())) {
+    add(words.users, user->pw_name);
+    add(words.homes, user->pw_dir);
+  }
+  std::erase(words.users, "root");  // everybody's
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) == 0) add(words.hosts, host.data());
+  std::erase(words.hosts, "localhost");
+  return words;
+}
+
+std::string redacted(std::string text, const PrivateWords& words) {
+  for (const std::string& home : words.homes) replace_words(text, home, "~");
+  // Folders of other users, in whole.
+  for (size_t at = text.find("/home/"); at != std::string::npos; at = text.find("/home/", at + 1)) {
+    const size_t begin = at + std::string_view("/home/").size();
+    size_t end = begin;
+    while (end < text.size() && is_word_character(text[end])) ++end;
+    text.replace(begin, end - begin, "USER");
+  }
+  for (const std::string& user : words.users) replace_words(text, user, "USER");
+  for (const std::string& host : words.hosts) replace_words(text, host, "HOST");
+  return text;
+}
+
+}  // namespace fire3dv::doctor

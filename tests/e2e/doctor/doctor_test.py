@@ -1,0 +1,256 @@
+"""fire3dv doctor on broken set-ups: each is named by its check, with a line to type, and the exit status tells.
+
+doctor_test.py FIRE3DV FAKE_DRIVER [CASE...]
+"""
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+
+FIRE3DV, FAKE_DRIVER, *ONLY = sys.argv[1:]
+GOOD_DRIVERS = os.environ["VK_DRIVER_FILES"]
+HANG_S = 300
+LIMIT_S = "120"  # of each experiment; far above the usual time, but where a driver hangs on purpose
+
+
+class Machine:
+    """Environment of the doctor, and a folder of its own."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.home = os.path.join(folder, "home", "ada")
+        os.makedirs(self.home)
+        self.env = {"PATH": os.environ["PATH"], "HOME": self.home, "VK_DRIVER_FILES": GOOD_DRIVERS, "NODEVICE_SELECT": "1",
+                    **{name: value for name, value in os.environ.items()
+                       if name.startswith(("ASAN_", "UBSAN_", "TSAN_", "MESA_SHADER_CACHE"))}}
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def manifest(self, library, name="icd.json"):
+        return self.write(name, json.dumps({"file_format_version": "1.0.0", "ICD": {"library_path": library, "api_version": "1.3.0"}}))
+
+    def fake(self, way=None):
+        """The only driver is the fake one, which breaks in this way."""
+        self.env["VK_DRIVER_FILES"] = self.manifest(FAKE_DRIVER)
+        if way:
+            self.env["FIRE3DV_FAKE_DRIVER"] = way
+
+    def run(self, *options, prefix=(), limit_s=LIMIT_S):
+        return subprocess.run([*prefix, FIRE3DV, "doctor", "--time-limit", limit_s, *options], capture_output=True, text=True,
+                              timeout=HANG_S, env=self.env, check=False)
+
+    def findings(self, *options, status, **how):
+        """Findings that are not ok, by their id."""
+        done = self.run("--json", *options, **how)
+        assert done.returncode == status, f"exit status {done.returncode}, not {status}:\n{done.stdout}{done.stderr}"
+        report = json.loads(done.stdout)
+        assert report["exit_status"] == status, report
+        return {each["id"]: each for each in report["findings"] if each["level"] != "ok"}
+
+
+def expect(findings, name, level, text, fix=""):
+    assert name in findings, f"no finding {name} in {json.dumps(findings, indent=1)}"
+    found = findings[name]
+    assert found["level"] == level and re.search(text, found["text"]) and re.search(fix, found["fix"]), found
+
+
+def good(machine):
+    done = machine.run()
+    assert done.returncode == 0, done.stdout
+    assert re.search(r"^ok +read-back .* on device 0$", done.stdout, re.M), done.stdout
+    assert re.search(r"^ok +ray-tracing +a ray hit", done.stdout, re.M), done.stdout
+    assert re.search(r"^0 +- +.* llvmpipe", done.stdout, re.M), done.stdout
+    assert not re.search("^(warning|error) +(?!shared-memory|device-nodes)", done.stdout, re.M), done.stdout
+
+
+def no_loader(machine):
+    machine.write("libvulkan.so.1", "no library")
+    machine.env["LD_LIBRARY_PATH"] = machine.folder
+    found = machine.findings(status=1)
+    expect(found, "loader", "error", "no usable Vulkan loader: .*libvulkan.so.1: ", "apt-get install libvulkan1")
+    assert [name for name, each in found.items() if each["level"] == "error"] == ["loader"], found
+    done = subprocess.run([FIRE3DV, "--list-devices"], capture_output=True, text=True, timeout=HANG_S, env=machine.env, check=False)
+    assert done.returncode == 1 and "there is no usable Vulkan loader (" in done.stderr, done
+
+
+def driver_variable(machine):
+    machine.env["VK_DRIVER_FILES"] = "/nowhere.json"
+    found = machine.findings(status=1)
+    expect(found, "driver-variables", "error", 'VK_DRIVER_FILES names "/nowhere.json": it does not exist', "^unset VK_DRIVER_FILES")
+    expect(found, "devices", "error", "no driver lists|listing", "unset")
+
+
+def empty_driver_folder(machine):
+    os.makedirs(os.path.join(machine.folder, "none"))
+    machine.env["VK_DRIVER_FILES"] = os.path.join(machine.folder, "none")
+    expect(machine.findings(status=1), "driver-variables", "error", "names no driver manifest")
+
+
+def broken_manifest(machine):
+    machine.env["VK_DRIVER_FILES"] = machine.write("icd.json", "{")
+    expect(machine.findings(status=1), "driver-variables", "error", "it is no JSON")
+
+
+def missing_library(machine):
+    machine.env["VK_DRIVER_FILES"] = machine.manifest("libno-such-driver.so.1")
+    expect(machine.findings(status=1), "driver-manifests", "error", "libno-such-driver.so.1: cannot open shared object file", "ldd")
+
+
+def no_library_at_all(machine):
+    machine.env["VK_DRIVER_FILES"] = machine.manifest(machine.write("text.so", "no library"))
+    expect(machine.findings(status=1), "driver-manifests", "error", "fails: .*(ELF|too short)")
+
+
+def fake_works(machine):
+    machine.fake()
+    found = machine.findings(status=0)
+    assert "read-back" not in found and "ray-tracing" not in found, found
+
+
+def crash_on_load(machine):
+    machine.fake("crash_on_load")
+    expect(machine.findings(status=1), "driver-manifests", "error", r"icd.json cannot be loaded: .* crashes \(SIGKILL\)")
+
+
+def hang_in_listing(machine):
+    machine.fake("hang_in_listing")
+    machine.env["VK_DRIVER_FILES"] += ":" + GOOD_DRIVERS
+    found = machine.findings(status=1, limit_s="5")
+    expect(found, "devices", "error", "driver of .*/icd.json hangs when it lists", "^export VK_DRIVER_FILES=" + re.escape(GOOD_DRIVERS))
+
+
+def crash_in_listing(machine):
+    machine.fake("crash_in_listing")
+    expect(machine.findings(status=1), "devices", "error", r"icd.json crashes \(SIGKILL\) when it lists")
+
+
+def hang_in_read_back(machine):
+    machine.fake("hang_in_wait")
+    expect(machine.findings(status=1, limit_s="5"), "read-back", "error", r"device 0 \(fake GPU\) opens, but .* hangs")
+
+
+def wrong_pixels(machine):
+    machine.fake("wrong_pixels")
+    machine.env["VK_DRIVER_FILES"] += ":" + GOOD_DRIVERS
+    expect(machine.findings(status=1), "read-back", "error", "pixel 0 has a wrong colour", r"^fire3dv --device \d FILE$")
+
+
+def crash_in_rays(machine):
+    machine.fake("crash_in_rays")
+    expect(machine.findings(status=1), "ray-tracing", "error", r"claims ray tracing, but tracing one ray crashes \(SIGKILL\)",
+           "^fire3dv --shadows map FILE$")
+
+
+def old_mesa(machine):
+    machine.fake("old_mesa")
+    expect(machine.findings(status=1), "old-mesa", "error", "Mesa 22.3 is too old.*runtimeDescriptorArray", "mesa-vulkan-drivers")
+
+
+def no_home(machine):
+    machine.fake()
+    del machine.env["HOME"]
+    found = machine.findings(status=0)
+    expect(found, "home", "note", "HOME is not set")
+    expect(found, "cache", "warning", "nothing names a folder for caches", "XDG_CACHE_HOME")
+
+
+def cache_is_a_file(machine):
+    machine.fake()
+    machine.env["XDG_CACHE_HOME"] = machine.write("file", "")
+    expect(machine.findings(status=0), "cache", "warning", "cannot be written")
+
+
+def display_without_server(machine):
+    machine.fake()
+    machine.env["DISPLAY"] = ":4711"
+    expect(machine.findings(status=0), "display", "warning", "display :4711 cannot be reached", "--headless")
+
+
+def few_files(machine):
+    machine.fake()
+    found = machine.findings(status=0, prefix=("sh", "-c", 'ulimit -n 64; ulimit -l 0; exec "$@"', "sh"))
+    expect(found, "open-files", "warning", "may open only 64 files", "ulimit -n")
+    expect(found, "locked-memory", "note", "only 0 KiB")
+
+
+def port_in_use(machine):
+    machine.fake()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        found = machine.findings("--listen", f"tcp://127.0.0.1:{port}", status=1)
+        expect(found, "ports", "error", f"--listen tcp://127.0.0.1:{port} cannot be opened: .*in use")
+    found = machine.findings("--serve", "127.0.0.1:0", "--listen", "udp://127.0.0.1:0", "--listen", "shm://demo", status=0)
+    assert "ports" not in found, found
+
+
+def foreign_layer(machine):
+    machine.fake()
+    machine.env["XDG_DATA_HOME"] = machine.folder
+    os.makedirs(os.path.join(machine.folder, "vulkan/implicit_layer.d"))
+    machine.write("vulkan/implicit_layer.d/x.json", json.dumps({"file_format_version": "1.0.0", "layer": {
+        "name": "VK_LAYER_TEST_x", "type": "GLOBAL", "library_path": "x.so", "api_version": "1.3.0", "implementation_version": "1",
+        "description": "x", "disable_environment": {"NO_TEST_X": "1"}}}))
+    expect(machine.findings(status=0), "implicit-layers", "note", "VK_LAYER_TEST_x", "VK_LOADER_LAYERS_DISABLE")
+
+
+def report_for_an_issue(machine):
+    machine.fake("hang_in_wait")
+    machine.env["USER"] = "ada"
+    path = os.path.join(machine.folder, "report.md")
+    done = machine.run("--report", path, limit_s="5")
+    assert done.returncode == 1, done
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    assert "error    read-back" in text and "VK_DRIVER_FILES=" in text, text
+    names = [re.escape(machine.home), "ada", *([re.escape(socket.gethostname())] if socket.gethostname() != "localhost" else [])]
+    for name in names:
+        assert not re.search(rf"(?<![\w.-]){name}(?![\w.-])", text), f"{name} is in the report:\n{text}"
+
+
+def usage(machine):
+    for options in (["--bench", "--json"], ["--time-limit", "x"], ["--tmie-limit", "3"], ["file"]):
+        done = subprocess.run([FIRE3DV, "doctor", *options], capture_output=True, text=True, timeout=HANG_S, env=machine.env, check=False)
+        assert done.returncode == 2 and done.stderr.startswith("fire3dv doctor: error: ") and not done.stdout, done
+
+
+def own_mounts(machine, script):
+    """Findings in a mount namespace of its own; None where this user may not have one."""
+    enter = ["unshare", "-m"] if os.geteuid() == 0 else ["unshare", "-rm"]
+    if not shutil.which("unshare") or subprocess.run([*enter, "true"], capture_output=True, check=False).returncode:
+        print("skipped: no mount namespaces for this user")
+        return None
+    return machine.findings(status=0, prefix=(*enter, "sh", "-c", script + ' && exec "$@"', "sh"))
+
+
+def small_shared_memory(machine):
+    machine.fake()
+    found = own_mounts(machine, "mount -t tmpfs -o size=64m tmpfs /dev/shm")
+    if found is not None:
+        expect(found, "shared-memory", "warning", "only 64 MiB", "size=1g")
+
+
+def read_only_home(machine):
+    machine.fake()
+    found = own_mounts(machine, f"mount -t tmpfs -o ro tmpfs {machine.folder}/home && mkdir -p /dev/shm")
+    if found is not None:
+        expect(found, "cache", "warning", "cannot be written (.*Read-only file system)", "XDG_CACHE_HOME")
+
+
+CASES = [good, no_loader, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, crash_on_load,
+         hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
+         display_without_server, few_files, port_in_use, foreign_layer, report_for_an_issue, usage, small_shared_memory, read_only_home]
+
+for case in CASES:
+    if ONLY and case.__name__ not in ONLY:
+        continue
+    with tempfile.TemporaryDirectory(prefix="fire3dv-doctor-") as folder_of_case:
+        print(case.__name__, flush=True)
+        case(Machine(folder_of_case))

@@ -1,0 +1,164 @@
+// Tests of the checks of loader, manifests, variables, layers, containers and WSL.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/unit/renderer/doctor/machines.h"
+
+namespace fire3dv::doctor {
+namespace {
+
+TEST(DoctorChecks, GoodMachinesHaveNoFaults) {
+  EXPECT_EQ(exit_status(run_checks(good_machine())), 0);
+  EXPECT_TRUE(ids(good_machine(), Level::warning).empty());
+  EXPECT_TRUE(ids(good_machine(), Level::note).empty());
+  EXPECT_EQ(exit_status(run_checks(software_machine())), 0);
+  EXPECT_EQ(ids(software_machine(), Level::note), std::vector<std::string>{"software-device"});
+}
+
+TEST(DoctorChecks, IdsAreUnique) {
+  std::set<std::string> seen;
+  for (const Check& check : all_checks()) EXPECT_TRUE(seen.insert(check.id).second) << check.id;
+  EXPECT_GE(seen.size(), 20u);
+}
+
+TEST(DoctorChecks, FaultsOfAnEmptyMachineAreNamed) {
+  EXPECT_EQ(exit_status(run_checks(Facts{})), 1);
+}
+
+TEST(DriverChecks, AMissingLoaderIsTheFirstError) {
+  Facts facts = software_machine();
+  facts.loader.fault = "libvulkan.so.1: cannot open shared object file";
+  facts.manifests.clear();
+  facts.devices.clear();
+  facts.chosen.reset();
+  EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"loader"});
+  EXPECT_TRUE(mentions(fault(facts, "loader").fix, "apt-get install libvulkan1"));
+}
+
+TEST(DriverChecks, AnOldLoaderIsAnError) {
+  Facts facts = good_machine();
+  facts.loader.version = 1u << 22 | 2u << 12 | 131u;
+  EXPECT_TRUE(mentions(fault(facts, "loader").text, "1.2.131 is older than 1.3"));
+}
+
+TEST(DriverChecks, NoManifestIsAnError) {
+  Facts facts = software_machine();
+  facts.manifests.clear();
+  EXPECT_EQ(fault(facts, "driver-manifests").level, Level::error);
+  EXPECT_TRUE(mentions(fault(facts, "driver-manifests").fix, "mesa-vulkan-drivers"));
+}
+
+TEST(DriverChecks, ALibraryThatDoesNotLoadIsNamedWithItsReason) {
+  Facts facts = good_machine();
+  facts.manifests[1].load = {Outcome::failed,
+                             "libLLVM-15.so.1: cannot open shared object file: No such file"};
+  const Finding one = fault(facts, "driver-manifests");
+  EXPECT_EQ(one.level, Level::warning);
+  EXPECT_TRUE(mentions(one.text, "lvp_icd.json") && mentions(one.text, "libLLVM-15.so.1")) << one.text;
+  facts.manifests.erase(facts.manifests.begin());
+  EXPECT_EQ(fault(facts, "driver-manifests").level, Level::error);
+  facts.manifests[0].load = {Outcome::crashed, "SIGSEGV"};
+  EXPECT_TRUE(mentions(fault(facts, "driver-manifests").text, "crashes (SIGSEGV)"));
+}
+
+TEST(DriverChecks, DriversOf32BitProgramsAreNoFault) {
+  Facts facts = good_machine();
+  facts.manifests.push_back({"/usr/share/vulkan/icd.d/lvp_icd.i686.json",
+                             "",
+                             "/usr/lib/i386-linux-gnu/lvp.so",
+                             "",
+                             {Outcome::failed, "wrong ELF class: ELFCLASS32"}});
+  EXPECT_EQ(fault(facts, "driver-manifests").level, Level::note);
+}
+
+TEST(DriverChecks, DriverVariablesThatLeadNowhereAreErrors) {
+  Facts facts = software_machine();
+  facts.environment["VK_DRIVER_FILES"] = "/nowhere.json";
+  facts.manifests = {{"/nowhere.json", "VK_DRIVER_FILES", "", "it does not exist", {}}};
+  const Finding missing = fault(facts, "driver-variables");
+  EXPECT_EQ(missing.level, Level::error);
+  EXPECT_TRUE(mentions(missing.text, "VK_DRIVER_FILES names \"/nowhere.json\": it does not exist"));
+  EXPECT_TRUE(mentions(missing.fix, "unset VK_DRIVER_FILES"));
+  facts.environment["VK_DRIVER_FILES"] = ":";
+  facts.manifests.clear();
+  EXPECT_TRUE(mentions(fault(facts, "driver-variables").text, "names no driver manifest"));
+  facts.environment["VK_DRIVER_FILES"] = "/lvp.json";
+  facts.manifests = {{"/lvp.json", "VK_DRIVER_FILES", "lvp.so", "", {Outcome::passed, ""}}};
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::note);
+}
+
+TEST(DriverChecks, AnOldLoaderIgnoresAddedDrivers) {
+  Facts facts = software_machine();
+  facts.environment["VK_ADD_DRIVER_FILES"] = "/wheel/lvp.json";
+  facts.loader.version = 1u << 22 | 3u << 12 | 204u;
+  EXPECT_TRUE(
+      mentions(fault(facts, "driver-variables").text, "ignores the environment variable VK_ADD_DRIVER"));
+}
+
+TEST(DriverChecks, ForeignImplicitLayersAreNoted) {
+  Facts facts = good_machine();
+  facts.implicit_layers = {{"VK_LAYER_MESA_device_select", "/a.json"}};
+  EXPECT_EQ(fault(facts, "implicit-layers").level, Level::ok);
+  facts.implicit_layers.push_back({"VK_LAYER_NV_optimus", "/b.json"});
+  EXPECT_TRUE(mentions(fault(facts, "implicit-layers").text, "VK_LAYER_NV_optimus"));
+}
+
+Facts cuda_without_vulkan() {
+  Facts facts = software_machine();
+  facts.nvidia_nodes = good_machine().nvidia_nodes;
+  facts.cuda = {Outcome::passed, ""};
+  facts.nvidia_driver = "580.65.06";
+  return facts;
+}
+
+TEST(DriverChecks, AContainerWithCudaAloneGetsItsLine) {
+  Facts facts = cuda_without_vulkan();
+  facts.container = true;
+  facts.environment["NVIDIA_DRIVER_CAPABILITIES"] = "compute,utility";
+  const Finding found = fault(facts, "nvidia-without-vulkan");
+  EXPECT_EQ(found.level, Level::error);
+  EXPECT_TRUE(mentions(found.text, "NVIDIA_DRIVER_CAPABILITIES is \"compute,utility\"")) << found.text;
+  EXPECT_TRUE(mentions(found.fix, "-e NVIDIA_DRIVER_CAPABILITIES=all"));
+}
+
+TEST(DriverChecks, DriversThatAreReplacedAreNoFaultOfNvidias) {
+  Facts facts = cuda_without_vulkan();
+  facts.environment["VK_DRIVER_FILES"] = facts.manifests[0].file;
+  facts.manifests[0].variable = "VK_DRIVER_FILES";
+  EXPECT_TRUE(ids(facts, Level::error).empty());
+  EXPECT_TRUE(mentions(fault(facts, "software-device").fix, "unset VK_DRIVER_FILES"));
+}
+
+TEST(DriverChecks, AHostWithCudaAloneGetsAPackage) {
+  Facts facts = cuda_without_vulkan();
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "nvidia-vulkan-icd"));
+  facts.system = "Ubuntu 24.04.1 LTS";
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "libnvidia-gl-580"));
+}
+
+TEST(DriverChecks, ALibraryThatNvidiasDriverMissesGetsItsPackage) {
+  Facts facts = cuda_without_vulkan();
+  facts.container = true;
+  facts.manifests.push_back(
+      {"/etc/vulkan/icd.d/nvidia_icd.json",
+       "",
+       "libGLX_nvidia.so.0",
+       "",
+       {Outcome::failed, "libXext.so.6: cannot open shared object file: No such file"}});
+  EXPECT_EQ(fault(facts, "nvidia-without-vulkan").fix, "sudo apt-get install libxext6");
+  facts.manifests.back().load.detail = "libGLX_nvidia.so.0: cannot open shared object file: No such file";
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "NVIDIA_DRIVER_CAPABILITIES=all"));
+  facts.manifests.back().load = {Outcome::passed, ""};
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "libEGL_nvidia.so.0"));
+}
+
+TEST(DriverChecks, WslIsRecognised) {
+  Facts facts = software_machine();
+  facts.wsl = true;
+  EXPECT_TRUE(mentions(fault(facts, "wsl").text, "dzn"));
+  EXPECT_TRUE(mentions(fault(facts, "wsl").fix, "NODEVICE_SELECT=1"));
+}
+
+}  // namespace
+}  // namespace fire3dv::doctor
