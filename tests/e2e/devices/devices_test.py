@@ -105,6 +105,7 @@ def require_gpu(test):
                                 ("fire3dv", test.scene, "--headless", "--devices", "0,0", "--listen", "shm://require_gpu"),
                                 ("fire3dv", "--list-devices"),
                                 ("fire3dv", "render", "missing.mcap", "--out", test.folder),
+                                ("fire3dv", "dataset", missing, "--format", "coco", "--out", test.folder),
                                 ("fire3dv-drake", "127.0.0.1:0")):
         result = subprocess.run([test.programs_at[program], *arguments, "--require-gpu"], capture_output=True, text=True,
                                 timeout=HANG_S, env=vulkan_environment(), check=False)
