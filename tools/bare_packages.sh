@@ -56,12 +56,16 @@ else  # the same with version 0.0.1, also in what they demand of each other, and
   for package in "$packages"/*.deb; do
     unpacked=$(mktemp -d) name=$(dpkg-deb -f "$package" Package) version=$(dpkg-deb -f "$package" Version)
     dpkg-deb -R "$package" "$unpacked"
-    sed -i "s/\\<${version//+/\\+}/0.0.1-1/g" "$unpacked/DEBIAN/control"
+    sed -i "s/\\<$version/0.0.1-1/g" "$unpacked/DEBIAN/control"
     echo older > "$unpacked/usr/share/doc/$name/older-file"
     dpkg-deb -Znone --root-owner-group -b "$unpacked" "$directory/packages/old/${name}_0.0.1.deb" >> "$log"
     rm -rf "$unpacked"
   done
 fi
+for package in "$directory"/packages/old/*.deb; do
+  dpkg --compare-versions "$(dpkg-deb -f "$package" Version)" lt "$(dpkg-deb -f "$(ls "$directory"/packages/new/fire3dv_*.deb)" Version)" ||
+    die "$package is no older version"
+done
 
 apt update
 [ -e "$directory/home/tester" ] || inside useradd -m tester
