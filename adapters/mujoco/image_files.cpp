@@ -36,7 +36,7 @@ void add_plane(const fire3dv_image_plane& plane, sinks::FrameImage& frame) {
     frame.boxes2d = records<wire::BoxRecord2d>(plane);
   } else if (plane.output == FIRE3DV_IMAGE_BOXES3D) {
     frame.boxes3d = records<wire::BoxRecord3d>(plane);
-  } else if ((plane.output & wire::kAllImageOutputs) != 0) {
+  } else if ((plane.output & wire::kRequestableOutputs) != 0) {
     const auto output = static_cast<wire::ImageOutput>(plane.output);
     frame.planes.push_back({output, packed(plane, wire::info_of(output).element_bytes)});
   }

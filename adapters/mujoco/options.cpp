@@ -18,9 +18,10 @@ Result<uint32_t> image_outputs(std::string_view text) {
     const size_t comma = text.find(',');
     const std::string_view name = text.substr(0, comma);
     const wire::ImageOutputInfo* const info = wire::find_image_output(name);
-    if (!info)
+    if (!info || (info->output & wire::kRequestableOutputs) == 0)
       return Error{quote(name) +
-                   " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d"};
+                   " is none of color, linear, depth, instance, semantic, normal, motion, boxes2d, boxes3d, "
+                   "albedo, roughness, metallic, position, occlusion"};
     if (bits & info->output) return Error{quote(name) + " is given twice"};
     bits |= info->output;
     if (comma == text.npos) return bits;

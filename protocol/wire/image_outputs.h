@@ -2,8 +2,7 @@
 // render passes and files all read it. SPEC section 13 is normative for bits and formats.
 //
 // Pixels of planes come from one visibility buffer of one camera, so that they agree. Planes other than
-// colours show the surface at the pixel's centre without filtering; blended surfaces, lines and points appear
-// in colours only.
+// colours show the surface at the pixel's centre without filtering; lines and points appear in colours only.
 #pragma once
 
 #include <array>
@@ -25,13 +24,24 @@ enum ImageOutput : uint32_t {
   // World-space unit normal without normal maps, on the visible side, and 0; all 0 for the background.
   kNormal = 1u << 5,
   // Pixels right and down since the camera's last image; 0 in its first, NaN where the surface was behind the
-  // eye. Excludes mesh deformation.
+  // eye. Includes deformation by skins, morph targets and replaced vertices.
   kMotion = 1u << 6,
   kBoxes2d = 1u << 7,  // BoxRecord2d per visible instance
   kBoxes3d = 1u << 8,  // BoxRecord3d per visible instance
+  // Material of the surface: linear base colour and 1; perceptual roughness and metallic, 0 to 1. All 0 for
+  // the background.
+  kAlbedoF16 = 1u << 9,
+  kRoughnessF32 = 1u << 10,
+  kMetallicF32 = 1u << 11,
+  kPositionF32 = 1u << 12,  // x, y, z of the surface in the world in metres, and 1; all 0 for the background
+  // How the camera's last image showed the point that is visible now: 0 seen (also the background, and in its
+  // first image), 1 hidden by something nearer, 2 outside of the image.
+  kOcclusionU32 = 1u << 13,
+  kAmodal = 1u << 14,  // silhouettes of instances drawn alone, as masks and AmodalRecords; in files only
 };
-constexpr uint32_t kImageOutputCount = 9;
+constexpr uint32_t kImageOutputCount = 15;
 constexpr uint32_t kAllImageOutputs = (1u << kImageOutputCount) - 1;
+constexpr uint32_t kRequestableOutputs = kAllImageOutputs & ~uint32_t{kAmodal};  // of requested images
 
 // Element formats. The numbers are part of the protocol.
 enum class ImageFormat : uint8_t {
@@ -42,6 +52,8 @@ enum class ImageFormat : uint8_t {
   rg32f = 5,
   box2d = 6,
   box3d = 7,
+  rgba32f = 8,
+  amodal = 9,
 };
 
 // 2D bounding box of an instance's visible pixels: min inclusive, max exclusive, in pixels.
@@ -61,15 +73,27 @@ struct BoxRecord3d {
 };
 static_assert(sizeof(BoxRecord3d) == 64);
 
+// Silhouette of an instance drawn alone, clipped at the image's border. A pixel belongs to it if its centre
+// is covered, or if the image shows the instance there.
+struct AmodalRecord {
+  uint32_t instance, semantic;
+  uint32_t min_x, min_y, max_x, max_y;  // of the silhouette, in pixels, as in BoxRecord2d
+  uint32_t pixels;                      // of the silhouette
+  uint32_t visible_pixels;              // that show the instance
+  uint32_t is_truncated;                // 1: a part of the instance is outside of the image
+  uint32_t reserved;
+};
+static_assert(sizeof(AmodalRecord) == 40);
+
 struct ImageOutputInfo {
   ImageOutput output;
   std::string_view api_name;  // of SPEC.md, the C client and Python
   std::string_view cli_name;  // of command lines, file names and frames.jsonl
   ImageFormat format;
-  uint32_t channels;            // numbers per pixel; boxes: 0
-  uint32_t element_bytes;       // of a pixel, or of a box record
-  std::string_view numpy_type;  // of a number, little-endian; boxes: empty
-  bool is_boxes;                // a list of box records, not a plane of pixels
+  uint32_t channels;            // numbers per pixel; lists: 0
+  uint32_t element_bytes;       // of a pixel, or of a record
+  std::string_view numpy_type;  // of a number, little-endian; lists: empty
+  bool is_boxes;                // a list of records, not a plane of pixels
   bool needs_ids;               // derived from the ids and depths of the visible surfaces
 };
 
@@ -84,6 +108,12 @@ inline constexpr std::array<ImageOutputInfo, kImageOutputCount> kImageOutputTabl
     {kMotion, "motion", "motion", ImageFormat::rg32f, 2, 8, "<f4", false, true},
     {kBoxes2d, "boxes2d", "boxes2d", ImageFormat::box2d, 0, sizeof(BoxRecord2d), "", true, true},
     {kBoxes3d, "boxes3d", "boxes3d", ImageFormat::box3d, 0, sizeof(BoxRecord3d), "", true, true},
+    {kAlbedoF16, "albedo_f16", "albedo", ImageFormat::rgba16f, 4, 8, "<f2", false, true},
+    {kRoughnessF32, "roughness_f32", "roughness", ImageFormat::r32f, 1, 4, "<f4", false, true},
+    {kMetallicF32, "metallic_f32", "metallic", ImageFormat::r32f, 1, 4, "<f4", false, true},
+    {kPositionF32, "position_f32", "position", ImageFormat::rgba32f, 4, 16, "<f4", false, true},
+    {kOcclusionU32, "occlusion_u32", "occlusion", ImageFormat::r32u, 1, 4, "<u4", false, true},
+    {kAmodal, "amodal", "amodal", ImageFormat::amodal, 0, sizeof(AmodalRecord), "", true, true},
 }};
 
 const ImageOutputInfo& info_of(ImageOutput output);
@@ -103,7 +133,7 @@ class ImageOutputs {
   constexpr ImageOutputs() = default;  // colours for displays
   constexpr explicit ImageOutputs(uint32_t bits) : bits_(bits) {}
 
-  // Colours and all planes, no boxes.
+  // Colours and all planes, no lists.
   static constexpr ImageOutputs all_planes() { return ImageOutputs(kAllPlanes); }
 
   constexpr uint32_t bits() const { return bits_; }
@@ -118,17 +148,25 @@ class ImageOutputs {
   constexpr bool has_id_planes() const {
     return (bits_ & (kAllPlanes & ~uint32_t{kColorSrgb8 | kColorLinearF16})) != 0;
   }
+  // True if a plane compares the image with the camera's last one.
+  constexpr bool needs_last_image() const { return (bits_ & (kMotion | kOcclusionU32)) != 0; }
+  // True if a plane describes the surface's material, position or occlusion.
+  constexpr bool has_surface_planes() const {
+    return (bits_ & (kAlbedoF16 | kRoughnessF32 | kMetallicF32 | kPositionF32 | kOcclusionU32)) != 0;
+  }
   constexpr bool shaded() const { return (bits_ & (kColorSrgb8 | kColorLinearF16)) != 0; }
   bool operator==(const ImageOutputs&) const = default;
 
  private:
-  static constexpr uint32_t kAllPlanes = kAllImageOutputs & ~uint32_t{kBoxes2d | kBoxes3d};
+  static constexpr uint32_t kAllPlanes = kAllImageOutputs & ~uint32_t{kBoxes2d | kBoxes3d | kAmodal};
   uint32_t bits_ = kColorSrgb8;
 };
 
-// Adds the sources of requested outputs: boxes need the instance plane.
+// Adds the sources of requested outputs: lists need the instance plane, occlusion the depth of the last
+// image.
 constexpr ImageOutputs with_sources(ImageOutputs outputs) {
-  if (outputs.has_boxes()) outputs.add(kInstanceU32);
+  if (outputs.has_boxes() || outputs.has(kAmodal)) outputs.add(kInstanceU32);
+  if (outputs.has(kOcclusionU32)) outputs.add(kDepthF32);
   return outputs;
 }
 

@@ -10,6 +10,7 @@
 #include "protocol/robot/robot_file.h"
 #include "renderer/gpu/selection/device_choice.h"
 #include "renderer/loading/scene_load.h"
+#include "renderer/passes/outputs/silhouettes.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/scene/textures/environment.h"
@@ -86,6 +87,21 @@ std::vector<std::string> settings_without_effect(const gpu::Device& device, cons
   const Result<void> can = passes::can_trace_ray_effects(device, has_visibility_buffer);
   if (!can) warnings.push_back("--ray-effects: " + can.error().message);
   return warnings;
+}
+
+void warn_of_missing_labels(const scene::Scene& scene, float label_alpha) {
+  const std::vector<uint32_t> nodes = passes::nodes_without_labels(scene, label_alpha);
+  if (nodes.empty()) return;
+  constexpr size_t kNamesShown = 5;
+  std::string names;
+  for (size_t i = 0; i < std::min(nodes.size(), kNamesShown); ++i)
+    names += (i ? ", " : "") + quote(scene.nodes[nodes[i]].name);
+  if (nodes.size() > kNamesShown) names += " ...";
+  char limit[32];
+  std::snprintf(limit, sizeof limit, "%g", static_cast<double>(label_alpha));
+  log_message(warning(counted(nodes.size(), "blended instance") +
+                      " will have no depth and no labels, with alpha not above " + limit +
+                      " (--label-alpha): " + names));
 }
 
 std::string describe_sun(const passes::SceneRenderer& renderer) {

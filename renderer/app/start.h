@@ -40,6 +40,9 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const st
 // filtering.
 std::vector<std::string> settings_without_effect(const gpu::Device& device, const Options& options);
 
+// Warns of instances that depth and labels lack, by name.
+void warn_of_missing_labels(const scene::Scene& scene, float label_alpha);
+
 // Note about the sun of the environment; empty: none is drawn as a light. After SceneRenderer::set_scene().
 std::string describe_sun(const passes::SceneRenderer& renderer);
 

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <utility>
 
+#include "renderer/passes/outputs/silhouettes.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/sinks/output_text.h"
 
@@ -38,19 +39,23 @@ std::optional<sinks::PathTraced> path_provenance(const passes::SceneRenderer& re
 }
 
 void CaptureQueue::record(gpu::Recorder& recorder, gpu::Image& color, Provenance provenance) {
-  readback_.record(recorder, color, {{}, {}, {}, std::move(provenance)});
+  readback_.record(recorder, color, {{}, {}, {}, {}, std::move(provenance)});
 }
 
 void CaptureQueue::record(gpu::Recorder& recorder, passes::SceneRenderer& renderer,
                           wire::ImageOutputs outputs, const scene::Scene& scene,
                           const state::PoseState& poses, Provenance provenance) {
-  Capture capture{outputs, {}, {}, std::move(provenance)};
+  Capture capture{outputs, {}, {}, {}, std::move(provenance)};
   gpu::ReadbackRing<Capture>::Planes planes;
   if (wire::with_sources(outputs).has_planes()) {
     capture.plane_ranges = renderer.plane_ranges();
     planes = {&renderer.planes(), passes::bytes_of(capture.plane_ranges)};
   }
   if (outputs.has_boxes()) capture.boxes = passes::boxes_of_instances(scene, poses);
+  if (outputs.has(wire::kAmodal)) {
+    for (const uint32_t node : passes::nodes_with_silhouettes(scene))
+      capture.silhouetted.push_back({node + 1, scene.nodes[node].semantic});
+  }
   gpu::Image* const color = outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr;
   readback_.record(recorder, color, renderer.extent(), planes, std::move(capture));
 }
@@ -83,8 +88,14 @@ sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
   const size_t color_bytes =
       outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};
   image.rgba8.assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(color_bytes));
+  std::span<const uint8_t> instances;
   for (const passes::PlaneRange& range : capture.plane_ranges) {
     const std::span<const uint8_t> plane = bytes.subspan(color_bytes + range.offset_bytes, range.size_bytes);
+    if (range.output == wire::kInstanceU32) instances = plane;
+    if (range.output == wire::kAmodal) {
+      image.amodal = read_silhouettes(plane, instances, extent.width, extent.height, capture.silhouetted);
+      continue;
+    }
     if (outputs.has(range.output))
       image.planes.push_back({range.output, std::vector<uint8_t>(plane.begin(), plane.end())});
     if (range.output != wire::kInstanceU32 || !outputs.has_boxes()) continue;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/wire/image_outputs.h"
+#include "renderer/capture/amodal.h"
 #include "renderer/gpu/readback_ring.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/scene_renderer.h"
@@ -68,6 +69,7 @@ class CaptureQueue {
     wire::ImageOutputs outputs;
     std::vector<passes::PlaneRange> plane_ranges;
     std::vector<wire::BoxRecord3d> boxes;  // of all instances, if boxes are requested
+    std::vector<Silhouetted> silhouetted;  // if silhouettes are requested
     Provenance provenance;
   };
   static sinks::FrameImage convert(Capture&& capture, VkExtent2D extent, std::span<const uint8_t> bytes);

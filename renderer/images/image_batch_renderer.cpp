@@ -24,8 +24,8 @@ bool has_lens(const ImageCamera& camera) {
   return camera.lens.model != passes::LensModel::none;
 }
 
-bool wants_motion(const wire::ImageRequest& request) {
-  return (request.outputs & wire::kMotion) != 0;
+bool needs_last_image(const wire::ImageRequest& request) {
+  return wire::ImageOutputs(request.outputs).needs_last_image();
 }
 
 // Exact read-back size of `views` views of the request.
@@ -73,6 +73,7 @@ state::ImageAbilities image_abilities(const passes::SceneRenderer& renderer, boo
   if (renderer.traces_paths()) abilities.path_samples = renderer.path_tracer()->settings().samples_per_pixel;
   abilities.outputs = 0;
   for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
+    if ((wire::kRequestableOutputs >> bit & 1) == 0) continue;
     if (renderer.traces_paths() && !traces_requests && wire::ImageOutputs(1u << bit).shaded()) continue;
     if (renderer.can_take(passes::with_sources(wire::ImageOutputs(1u << bit))))
       abilities.outputs |= 1u << bit;
@@ -345,7 +346,7 @@ void ImageBatchRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::St
 
 std::vector<passes::CameraHistory> ImageBatchRenderer::take_histories(std::span<const WorkItem> batch) {
   std::vector<passes::CameraHistory> histories;
-  if (!wants_motion(batch[0].due.request)) return histories;
+  if (!needs_last_image(batch[0].due.request)) return histories;
   for (const WorkItem& work : batch)
     histories.push_back(std::move(histories_[{work.due.requester, work.due.request.id}]));
   return histories;

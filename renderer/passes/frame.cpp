@@ -302,9 +302,10 @@ void Frame::rasterise() {
 }
 
 void Frame::write_planes(std::span<CameraHistory> histories) {
-  passes_.outputs->record(
-      recorder_, source_.staging,
-      {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views, globals_}, histories);
+  passes_.outputs->record(recorder_, source_.staging,
+                          {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views,
+                           globals_, source_.settings.draw().label_alpha},
+                          histories);
 }
 
 void Frame::draw_debug_view() {

@@ -132,6 +132,7 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
           "points, no bloom, no metered exposure, no ray effects, no lens and no linear colours: take one "
           "after the other"};
+    if (outputs.has(wire::kAmodal)) return Error{"silhouettes are drawn for one camera at a time"};
   }
   if (!outputs.has_planes()) return {};
   if (path_ != settings::RasterPath::visibility)

@@ -6,6 +6,7 @@
 
 #include "renderer/passes/frame.h"
 #include "renderer/passes/frame_plan.h"
+#include "renderer/passes/outputs/silhouettes.h"
 #include "renderer/passes/resources/scene_parts.h"
 #include "renderer/passes/resources/sun_light.h"
 #include "renderer/passes/resources/target_cache.h"
@@ -142,11 +143,19 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
   TargetCache& targets = drawn_->targets;
   if (request.scene == SceneUpdate::update && still_->passes.outputs)
     still_->passes.outputs->invalidate_snapshot();
-  if (request.outputs.has(wire::kMotion) && !passes.outputs->has_room_for_snapshot(*gpu_scene_)) {
+  if (request.outputs.needs_last_image() && !passes.outputs->has_room_for_snapshot(*gpu_scene_)) {
     reason = Shortage::motion_snapshots;
     return Error{
         "the device keeps where everything was for images of other frames that want motion, and has no "
         "room for more; ask for motion with every frame, or in fewer requests"};
+  }
+  if (request.outputs.has(wire::kAmodal) &&
+      silhouette_bytes(gpu_scene_->mesh_node_count, request.extent.width, request.extent.height) >
+          kMaxSilhouetteBytes) {
+    reason = Shortage::unsupported_outputs;
+    return Error{"masks of " + std::to_string(gpu_scene_->mesh_node_count) + " instances in an image of " +
+                 std::to_string(request.extent.width) + " x " + std::to_string(request.extent.height) +
+                 " take more than 256 MiB; ask for a smaller image, or leave amodal out"};
   }
   FrameRequest usable = request;
   try {

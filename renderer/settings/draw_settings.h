@@ -42,7 +42,8 @@ struct DrawSettings {
   PostSettings post;
   RayEffectSettings ray_effects;  // of raster images, on devices that trace rays; see can_trace_ray_effects()
   std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
-  uint32_t max_textures = 1 << 16;   // texture capacity of a scene; larger values slow down every start
+  float label_alpha = 0.5f;         // blended surfaces with more alpha are in labels, depth and boxes; 0 to 1
+  uint32_t max_textures = 1 << 16;  // texture capacity of a scene; larger values slow down every start
 };
 
 // Settings of images in motion on a CPU: one sample, unless the user chose their number, and shadows by maps

@@ -531,6 +531,10 @@ std::vector<DrawSetting> make_table() {
                    number({1, 16}, FIELD(anisotropy)));
   row->value_name = "N";
 
+  row = &image.add("label-alpha", "blended surfaces with more alpha have labels, 0 to 1",
+                   Invalidates::nothing, kByCommandLine, number({0, 1}, FIELD(label_alpha)));
+  row->value_name = "LIMIT";
+
   Rows paths(table, SettingGroup::paths);
   paths.add("render", "raster, or paths: a reference image (docs/truth.md)", Invalidates::renderer,
             kByCommandLine | kByWindow | kByBrowser, render());

@@ -93,6 +93,13 @@ Result<void> FileSink::write(const FrameImage& image) {
                              base::Durability::contents);
     if (!written) return written.error();
   }
+  if (image.amodal) {
+    files.amodal = *folder / (std::string(name) + ".amodal.npy");
+    const std::vector<uint8_t> bytes = encode_npy("|u1", masks_shape(image), image.amodal->masks);
+    if (auto written = write_whole_file(options_.folder / files.amodal, bytes, base::Durability::contents);
+        !written)
+      return written.error();
+  }
   errno = 0;
   log_ << frame_line(files, image) << std::flush;  // flush per line: a killed run keeps its list
   if (!log_)
@@ -119,12 +126,12 @@ Result<std::filesystem::path> FileSink::folder_of(const std::string& camera) {
 
 static_assert(std::endian::native == std::endian::little, "planes are written as they lie in memory");
 
-std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_t height) {
-  const wire::ImageOutputInfo& info = wire::info_of(plane.output);
-  std::string shape = std::to_string(height) + ", " + std::to_string(width);
-  if (info.channels > 1) shape += ", " + std::to_string(info.channels);
+std::vector<uint8_t> encode_npy(std::string_view numpy_type, std::span<const uint64_t> shape,
+                                std::span<const uint8_t> values) {
+  std::string sizes;
+  for (const uint64_t size : shape) sizes += (sizes.empty() ? "" : ", ") + std::to_string(size);
   std::string header =
-      "{'descr': '" + std::string(info.numpy_type) + "', 'fortran_order': False, 'shape': (" + shape + "), }";
+      "{'descr': '" + std::string(numpy_type) + "', 'fortran_order': False, 'shape': (" + sizes + "), }";
   // The format requires data at a multiple of 64 bytes, after a line feed.
   constexpr size_t kBefore = 10;
   header.append(63 - (kBefore + header.size()) % 64, ' ');
@@ -132,10 +139,21 @@ std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_
   std::vector<uint8_t> bytes{0x93, 'N', 'U', 'M', 'P', 'Y', 1, 0};
   bytes.push_back(static_cast<uint8_t>(header.size() & 0xff));
   bytes.push_back(static_cast<uint8_t>(header.size() >> 8));
-  bytes.reserve(bytes.size() + header.size() + plane.bytes.size());
+  bytes.reserve(bytes.size() + header.size() + values.size());
   bytes.insert(bytes.end(), header.begin(), header.end());
-  bytes.insert(bytes.end(), plane.bytes.begin(), plane.bytes.end());
+  bytes.insert(bytes.end(), values.begin(), values.end());
   return bytes;
+}
+
+std::vector<uint8_t> encode_npy(const FramePlane& plane, uint32_t width, uint32_t height) {
+  const wire::ImageOutputInfo& info = wire::info_of(plane.output);
+  std::vector<uint64_t> shape{height, width};
+  if (info.channels > 1) shape.push_back(info.channels);
+  return encode_npy(info.numpy_type, shape, plane.bytes);
+}
+
+std::array<uint64_t, 3> masks_shape(const FrameImage& image) {
+  return {image.amodal->records.size(), image.height, (image.width + 7) / 8};
 }
 
 Result<void> write_npy(const std::filesystem::path& path, const FramePlane& plane, uint32_t width,

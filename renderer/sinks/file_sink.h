@@ -7,6 +7,7 @@
 // an earlier run are replaced by name, others stay; frames.jsonl lists this run only.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +15,9 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -54,6 +57,12 @@ class FileSink final : public QueuedSink {
 
   std::atomic<uint64_t> frames_written_{0};
 };
+
+// Encodes an array in NumPy's .npy format (version 1.0), row by row.
+std::vector<uint8_t> encode_npy(std::string_view numpy_type, std::span<const uint64_t> shape,
+                                std::span<const uint8_t> values);
+// The shape of FrameImage::amodal's masks, of type "|u1". The image has them.
+std::array<uint64_t, 3> masks_shape(const FrameImage& image);
 
 // Encodes an image plane in NumPy's .npy format (version 1.0): an array of shape (height, width), or (height,
 // width, channels) for several channels.

@@ -19,6 +19,13 @@ struct FramePlane {
   std::vector<uint8_t> bytes;
 };
 
+// Silhouettes of instances drawn alone, sorted by instance. masks: of each record, rows from the top, 8
+// pixels a byte, the left one in the highest bit (numpy.packbits).
+struct Amodal {
+  std::vector<wire::AmodalRecord> records;
+  std::vector<uint8_t> masks;
+};
+
 // Settings of a path-traced image.
 struct PathTraced {
   uint32_t samples_per_pixel = 0, bounces = 0, seed = 0;
@@ -32,6 +39,7 @@ struct FrameImage {
   std::vector<FramePlane> planes;
   std::optional<std::vector<wire::BoxRecord2d>> boxes2d;  // nullopt: not requested
   std::optional<std::vector<wire::BoxRecord3d>> boxes3d;
+  std::optional<Amodal> amodal;
   uint64_t frame_index = 0;  // of this run of the renderer, from 0
   std::string camera;
   std::vector<state::FrameTag> shown;     // empty: the scene is at rest
@@ -54,7 +62,7 @@ class FrameSink {
 
 // False for an image whose byte count contradicts its size, which is a bug of the renderer.
 inline bool is_consistent(const FrameImage& image) {
-  const bool has_others = !image.planes.empty() || image.boxes2d || image.boxes3d;
+  const bool has_others = !image.planes.empty() || image.boxes2d || image.boxes3d || image.amodal;
   return image.rgba8.size() == size_t{4} * image.width * image.height || (image.rgba8.empty() && has_others);
 }
 

@@ -68,12 +68,23 @@ std::string box_entry(const wire::BoxRecord3d& box) {
   return labels(box.instance, box.semantic) + ",\"world_from_box\":" + list(box.world_from_box, number) + "}";
 }
 
+std::string amodal_entry(const wire::AmodalRecord& record) {
+  const float share = static_cast<float>(record.visible_pixels) / static_cast<float>(record.pixels);
+  return labels(record.instance, record.semantic) + ",\"px_all\":" + std::to_string(record.pixels) +
+         ",\"px_visible\":" + std::to_string(record.visible_pixels) + ",\"visibility\":" + number(share) +
+         ",\"box_full\":[" + std::to_string(record.min_x) + "," + std::to_string(record.min_y) + "," +
+         std::to_string(record.max_x) + "," + std::to_string(record.max_y) +
+         "],\"truncated\":" + (record.is_truncated != 0 ? "true" : "false") + "}";
+}
+
 std::string plane_entries(const FrameFiles& files, const FrameImage& image) {
   std::string text;
   for (size_t i = 0; i < image.planes.size(); ++i) {
     text += (i ? "," : "") + json_string(wire::info_of(image.planes[i].output).cli_name) + ":" +
             json_string(files.planes[i].string());
   }
+  if (!files.amodal.empty())
+    text += (text.empty() ? "" : ",") + std::string("\"amodal\":") + json_string(files.amodal.string());
   return "{" + text + "}";
 }
 
@@ -84,13 +95,14 @@ std::string frame_line(const FrameFiles& files, const FrameImage& image) {
   if (!files.color.empty()) line += "\"file\":" + json_string(files.color.string()) + ",";
   line += "\"frame\":" + std::to_string(image.frame_index) + ",\"camera\":" + json_string(image.camera) +
           ",\"width\":" + std::to_string(image.width) + ",\"height\":" + std::to_string(image.height);
-  if (!image.planes.empty()) line += ",\"planes\":" + plane_entries(files, image);
+  if (!image.planes.empty() || !files.amodal.empty()) line += ",\"planes\":" + plane_entries(files, image);
   if (image.boxes2d)
     line +=
         ",\"boxes2d\":" + list(*image.boxes2d, [](const wire::BoxRecord2d& box) { return box_entry(box); });
   if (image.boxes3d)
     line +=
         ",\"boxes3d\":" + list(*image.boxes3d, [](const wire::BoxRecord3d& box) { return box_entry(box); });
+  if (image.amodal) line += ",\"amodal\":" + list(image.amodal->records, amodal_entry);
   if (image.path_traced)
     line += ",\"renderer\":\"path\",\"samples_per_pixel\":" +
             std::to_string(image.path_traced->samples_per_pixel) +

@@ -22,6 +22,7 @@ std::string safe_file_name(std::string_view text);
 struct FrameFiles {
   std::filesystem::path color;                // empty: colour was not requested
   std::vector<std::filesystem::path> planes;  // parallel to FrameImage::planes
+  std::filesystem::path amodal;               // masks; empty: not requested
 };
 
 // JSON record of one image: its files, camera, outputs and pose frames. It is one line of frames.jsonl beside

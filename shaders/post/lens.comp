@@ -16,6 +16,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Vec2Out { vec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PairRef { uvec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PairOut { uvec2 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer QuadRef { uvec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer QuadOut { uvec4 at[]; };
 
 #define kInfinity uintBitsToFloat(0x7f800000u)
 
@@ -141,4 +143,9 @@ void main() {
   if (w.normal_out != 0ul) PairOut(w.normal_out).at[index] = shown ? PairRef(w.normal_in).at[a.nearest] : uvec2(0);
   if (w.motion_out != 0ul)
     Vec2Out(w.motion_out).at[index] = shown ? motion_at(w, vec2(pixel), source, a.nearest) : vec2(0);
+  if (w.albedo_out != 0ul) PairOut(w.albedo_out).at[index] = shown ? PairRef(w.albedo_in).at[a.nearest] : uvec2(0);
+  if (w.roughness_out != 0ul) FloatOut(w.roughness_out).at[index] = shown ? FloatRef(w.roughness_in).at[a.nearest] : 0;
+  if (w.metallic_out != 0ul) FloatOut(w.metallic_out).at[index] = shown ? FloatRef(w.metallic_in).at[a.nearest] : 0;
+  if (w.position_out != 0ul) QuadOut(w.position_out).at[index] = shown ? QuadRef(w.position_in).at[a.nearest] : uvec4(0);
+  if (w.occlusion_out != 0ul) WordRef(w.occlusion_out).at[index] = shown ? UintRef(w.occlusion_in).at[a.nearest] : FIRE3DV_SEEN;
 }

@@ -57,7 +57,7 @@ std::vector<Case> image_cases() {
   add("image_request-own_camera_every_4th", encode(r));
   r = request();
   r.intrinsics.lens = {LensModel::plumb_bob, {-0.25f, 0.0625f, 0.001f, -0.002f, 0.01f}};
-  r.outputs = kAllImageOutputs;
+  r.outputs = 2 * kBoxes3d - 1;  // all of protocol 1.0
   r.when = ImageWhen::rate;
   r.rate_hz = 29.97;
   add("image_request-plumb_bob_all_outputs_rate", encode(r));
@@ -65,6 +65,9 @@ std::vector<Case> image_cases() {
   r.intrinsics.lens.coefficients[4] = 0;
   r.when = ImageWhen::exactly;
   add("image_request-fisheye_exactly", encode(r));
+  r = request();
+  r.outputs = kAlbedoF16 | kRoughnessF32 | kMetallicF32 | kPositionF32 | kOcclusionU32;
+  add("image_request-surfaces", encode(r));
   r = request();
   r.markers = true;
   r.outputs = kColorSrgb8 | kDepthF32;
@@ -100,6 +103,11 @@ std::vector<Case> image_cases() {
   none.sequence = 0;
   none.planes.clear();
   none.pixel_bytes = 0;
+  ImageFrame surfaces = image_case();
+  surfaces.planes = {{12, ImageFormat::rgba32f, 6, 4, 96, 0, 384},
+                     {13, ImageFormat::r32u, 6, 4, 24, 384, 96}};
+  surfaces.pixel_bytes = 512;
+  add("image_frame-position_and_occlusion", encode(surfaces));
   add("image_frame-no_planes", encode(none));
   add("image_refused",
       encode(ImageRefused{kImageEpoch, 7, ImageRefusal::unknown_camera, "no node \"wrist\""}));

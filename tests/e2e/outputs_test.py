@@ -8,7 +8,8 @@ import struct
 from harness import main
 from image_reader import HALF_SQUARE, PLACE_AT_REST, SIZE, SQUARES, check, write_scene
 
-NAMES = ["linear", "depth", "instance", "semantic", "normal", "motion"]
+NAMES = ["linear", "depth", "instance", "semantic", "normal", "motion", "albedo", "roughness", "metallic", "position",
+         "occlusion"]
 
 
 def read_npy(path):
@@ -27,6 +28,19 @@ def read_npy(path):
     check(len(data) == begin + shape[0] * row.size, f"{path} has {len(data)} bytes")
     rows = [row.unpack_from(data, begin + y * row.size) for y in range(shape[0])]
     return [[values[x * channels:(x + 1) * channels] for x in range(shape[1])] for values in rows]
+
+
+def read_masks(path, count):
+    """Returns of each mask the set of its pixels (x, y)."""
+    with open(path, "rb") as file:
+        data = file.read()
+    begin = 10 + struct.unpack_from("<H", data, 8)[0]
+    head = ast.literal_eval(data[10:begin].decode().strip())
+    row = (SIZE[0] + 7) // 8
+    check(head["descr"] == "|u1" and head["shape"] == (count, SIZE[1], row), f"{path} is {head}")
+    check(len(data) == begin + count * SIZE[1] * row, f"{path} has {len(data)} bytes")
+    return [{(x, y) for y in range(SIZE[1]) for x in range(SIZE[0])
+             if data[begin + (mask * SIZE[1] + y) * row + x // 8] >> (7 - x % 8) & 1} for mask in range(count)]
 
 
 def instances(renderer):
@@ -55,14 +69,15 @@ def all_outputs(test):
     scene = test.path("classes.glb")
     write_scene(scene)
     write_classes(scene)
-    renderer = test.renderer("--frames", "2", "--outputs", "color," + ",".join(NAMES) + ",boxes2d,boxes3d",
+    renderer = test.renderer("--frames", "2", "--outputs", "color," + ",".join(NAMES) + ",boxes2d,boxes3d,amodal",
                              "--samples", "1", "--fxaa", "off", scene=scene)
     renderer.expect_exit(0)
     check(renderer.find_err(r"nodes\[2\].extras.semantic is not a whole number"), "a word passes for a class")
     frames = renderer.frames()
     check(len(frames) == 2, f"{len(frames)} frames")
     frame = frames[1]
-    check(sorted(frame["planes"]) == sorted(NAMES), f"planes are {frame['planes']}")
+    check(sorted(frame["planes"]) == sorted([*NAMES, "amodal"]), f"planes are {frame['planes']}")
+    masks = read_masks(os.path.join(renderer.folder, frame["planes"].pop("amodal")), len(frame["amodal"]))
     planes = {name: read_npy(os.path.join(renderer.folder, file)) for name, file in frame["planes"].items()}
     picture = renderer.picture(frame)
     known = instances(renderer)
@@ -80,12 +95,20 @@ def all_outputs(test):
             check(planes["semantic"][y][x] == (classes[name],), f"{name} is of class {planes['semantic'][y][x]}")
             check(planes["normal"][y][x] == (0, 0, 1, 0), f"{name}'s normal is {planes['normal'][y][x]}")
             check(planes["motion"][y][x] == (0, 0), f"{name} moves by {planes['motion'][y][x]}")
+            place = (x + 0.5 - SIZE[0] / 2, SIZE[1] / 2 - y - 0.5)
+            check(max(abs(a - b) for a, b in zip(planes["position"][y][x], (*place, 0, 1))) < 1e-3,
+                  f"{name} is at {planes['position'][y][x]}, not {place}")
+            check(planes["occlusion"][y][x] == (0,), f"{name} was hidden")
             check(planes["linear"][y][x] == (*colour, 1), f"{name} shines with {planes['linear'][y][x]}")
             seen = picture.pixel(x, y)
             check([c > 100 for c in seen] == [bool(c) for c in colour], f"{name} is {seen} in the picture")
         box = next(b for b in frame["boxes2d"] if b["instance"] == instance)
         check(box == {"instance": instance, "semantic": classes[name], "box": [x0, y0, x0 + side, y0 + side],
                       "pixels": side * side}, f"{name}: {box}")
+        number, entry = next((i, e) for i, e in enumerate(frame["amodal"]) if e["instance"] == instance)
+        check(entry == {"instance": instance, "semantic": classes[name], "px_all": side * side, "px_visible": side * side,
+                        "visibility": 1, "box_full": [x0, y0, x0 + side, y0 + side], "truncated": False}, f"{name}: {entry}")
+        check(masks[number] == set(here), f"{name}'s mask is not what is seen of it")
         cube = next(b for b in frame["boxes3d"] if b["instance"] == instance)["world_from_box"]
         check(cube == [side, 0, 0, PLACE_AT_REST, 0, side, 0, row, 0, 0, 0, 0], f"{name}: {cube}")
     nothing = planes["depth"][0][0] == (float("inf"),) and planes["instance"][0][0] == (0,)

@@ -147,7 +147,8 @@ class Session {
     if (choices.one_in(6)) frame.intrinsics.width = static_cast<uint32_t>(choices.one_of({1, 64, 8192}));
     if (choices.one_in(6)) frame.intrinsics.height = static_cast<uint32_t>(choices.one_of({1, 64, 8192}));
     if (choices.one_in(8)) frame.intrinsics.lens.model = wire::LensModel(choices.below(256));
-    const uint32_t outputs = choices.one_in(6) ? static_cast<uint32_t>(choices.below(512)) : asked.outputs;
+    const uint32_t outputs =
+        choices.one_in(6) ? static_cast<uint32_t>(choices.below(wire::kAllImageOutputs + 1)) : asked.outputs;
     for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
       if ((outputs >> bit & 1) == 0) continue;
       const wire::ImageOutputInfo& info = wire::info_at(bit);

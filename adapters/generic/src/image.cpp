@@ -23,6 +23,7 @@ namespace {
 constexpr float kDefaultNearM = 0.01f;
 
 static_assert(FIRE3DV_IMAGE_BOXES3D == static_cast<int>(wire::kBoxes3d));
+static_assert(FIRE3DV_IMAGE_OCCLUSION_U32 == static_cast<int>(wire::kOcclusionU32));
 static_assert(FIRE3DV_IMAGE_EXACTLY == static_cast<int>(wire::ImageWhen::exactly));
 static_assert(FIRE3DV_LENS_FISHEYE == static_cast<int>(wire::LensModel::fisheye));
 
@@ -93,7 +94,7 @@ int request_image(fire3dv_stream* stream, const fire3dv_image_request* given, ui
                                             "; use FIRE3DV_IMAGE_ONCE, _EVERY_NTH, _RATE or _EXACTLY");
   if (given->lens < 0 || given->lens > FIRE3DV_LENS_FISHEYE)
     return fail(FIRE3DV_ERROR_ARGUMENT, "lens is " + std::to_string(given->lens) + "; use FIRE3DV_LENS_*");
-  if ((given->outputs & ~wire::kAllImageOutputs) != 0)
+  if ((given->outputs & ~wire::kRequestableOutputs) != 0)
     return fail(FIRE3DV_ERROR_ARGUMENT,
                 "outputs is " + std::to_string(given->outputs) + "; only FIRE3DV_IMAGE_* bits may be set");
   if (given->markers != 0 && given->markers != 1)

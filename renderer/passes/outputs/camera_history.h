@@ -1,4 +1,4 @@
-// Motion history of a camera.
+// A camera's last image, as far as motion and occlusion need it.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,16 @@ struct Buffer;
 
 namespace fire3dv::passes {
 
-// Node transforms at a camera's last image, for motion. The owner has one per camera; histories of one frame
-// share the transforms.
+// Poses at a camera's last image, for motion. The owner has one per camera; histories of one frame share the
+// poses.
 struct CameraHistory {
-  std::shared_ptr<gpu::Buffer> world_from_node;
+  // Node transforms of all worlds, then of each world the positions of the vertices that deform.
+  std::shared_ptr<gpu::Buffer> poses;
+  std::shared_ptr<gpu::Buffer> depth;  // the image's depth plane, for occlusion; null: none
+  glm::uvec2 depth_size{0};            // pixels
   glm::mat4 clip_from_world{1};
+  glm::vec3 eye_world{0}, look_world{0};
+  glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0};  // as in View
   uint64_t scene = 0;  // SceneRenderer's count of scenes; 0: no image yet
 };
 

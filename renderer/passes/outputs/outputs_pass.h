@@ -2,8 +2,7 @@
 //
 // With four samples, the primitive instance with most samples of a pixel wins. Ties select the nearest one
 // with a triangle over the centre, then the background, then the first sample. Depth is that at the centre,
-// or the mean over the instance's samples if none of its triangles covers the centre. Motion excludes mesh
-// deformation.
+// or the mean over the instance's samples if none of its triangles covers the centre.
 #pragma once
 
 #include <memory>
@@ -13,6 +12,7 @@
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/outputs/camera_history.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
+#include "renderer/passes/outputs/silhouettes_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
@@ -42,6 +42,7 @@ class OutputsPass {
     gpu::Buffer& visibility;  // before the coverage merge
     std::span<const View> views;
     std::span<const VkDeviceAddress> globals;  // per view
+    float label_alpha = 0.5f;                  // settings::DrawSettings
   };
   // histories: one per view, or empty without motion; updated to these images.
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
@@ -55,12 +56,18 @@ class OutputsPass {
   void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
   gpu_types::OutputsWanted make_parameters(const Source& source, uint32_t view,
                                            const CameraHistory* last) const;
+  void write(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
+             gpu::Buffer& visibility, std::span<CameraHistory> histories);
   void update_histories(gpu::Recorder& recorder, const Source& source, std::span<CameraHistory> histories);
+  void keep_poses(gpu::Recorder& recorder, GpuScene& scene);
+  void keep_depths(gpu::Recorder& recorder, std::span<CameraHistory> histories);
   std::shared_ptr<gpu::Buffer> free_snapshot(VkDeviceSize bytes);
+  VkDeviceSize view_bytes(ImageOutput output) const;
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline pipeline_;
+  gpu::Pipeline pipeline_, surface_pipeline_;  // without and with planes of materials, position and occlusion
+  SilhouettesPass silhouettes_;
   gpu::Buffer planes_;
   gpu::Buffer labels_;                                   // PartLabels[part]
   std::vector<std::shared_ptr<gpu::Buffer>> snapshots_;  // snapshots referenced by histories, or free

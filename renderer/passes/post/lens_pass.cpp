@@ -239,6 +239,16 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
   w.normal_out = to(wire::kNormal);
   w.motion_in = from(wire::kMotion);
   w.motion_out = to(wire::kMotion);
+  w.albedo_in = from(wire::kAlbedoF16);
+  w.albedo_out = to(wire::kAlbedoF16);
+  w.roughness_in = from(wire::kRoughnessF32);
+  w.roughness_out = to(wire::kRoughnessF32);
+  w.metallic_in = from(wire::kMetallicF32);
+  w.metallic_out = to(wire::kMetallicF32);
+  w.position_in = from(wire::kPositionF32);
+  w.position_out = to(wire::kPositionF32);
+  w.occlusion_in = from(wire::kOcclusionU32);
+  w.occlusion_out = to(wire::kOcclusionU32);
   w.width = camera.image_px.x;
   w.height = camera.image_px.y;
   w.width_in = pinhole.image_px.x;

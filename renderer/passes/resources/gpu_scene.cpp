@@ -360,6 +360,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   std::vector<uint32_t> first_primitives(node_count, 0), instance_indices(node_count, FIRE3DV_NO_INDEX);
   for (uint32_t n = 0; n < node_count; ++n) {
     const scene::Node& node = scene.nodes[n];
+    mesh_node_count += node.mesh != scene::kNone ? 1 : 0;
     if (node.mesh != scene::kNone)
       first_primitives[n] = primitive_at(n, scene.meshes[node.mesh].first_primitive);
   }

@@ -207,7 +207,8 @@ void slow_readers(const Target& target) {
         std::make_unique<Stream>(target, std::vector<std::string>{"nobody"}, 0, kReceiveBuffer));
   // More than 1 GiB of images in total, each drawn once: drawing is not what harms others here.
   for (const auto& stream : streams)
-    for (uint32_t i = 0; i < 40; ++i) stream->request(i, 700, wire::kAllImageOutputs, wire::ImageWhen::once);
+    for (uint32_t i = 0; i < 40; ++i)
+      stream->request(i, 700, wire::kRequestableOutputs, wire::ImageWhen::once);
   while (!stop_requested()) {
     for (const auto& stream : streams) stream->publish(1);
     pause(20ms);

@@ -24,7 +24,8 @@ from readme_commands import code_blocks
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../.."))
 CAMERA = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 50]  # with fx 50 a unit of the scene is a pixel
-ALL = ("color", "linear", "depth", "instance", "semantic", "normal", "motion", "boxes2d", "boxes3d")
+ALL = ("color", "linear", "depth", "instance", "semantic", "normal", "motion", "boxes2d", "boxes3d", "albedo",
+       "roughness", "metallic", "position", "occlusion")
 
 
 def raised(kind, text, call):

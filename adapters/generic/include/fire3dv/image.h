@@ -58,7 +58,15 @@ enum {
   FIRE3DV_IMAGE_NORMAL = 32,       /* 4 half floats: world-space unit normal x, y, z; 0 */
   FIRE3DV_IMAGE_MOTION = 64, /* 2 floats: motion vector in pixels since the previous image of this request */
   FIRE3DV_IMAGE_BOXES2D = 128, /* 32-byte records; SPEC.md section 13 */
-  FIRE3DV_IMAGE_BOXES3D = 256  /* 64-byte records; SPEC.md section 13 */
+  FIRE3DV_IMAGE_BOXES3D = 256, /* 64-byte records; SPEC.md section 13 */
+  /* Material of the surface; all 0 for background. Renderers of earlier versions refuse these and the rest.
+   */
+  FIRE3DV_IMAGE_ALBEDO_F16 = 512,     /* 4 half floats: linear base colour; 1 */
+  FIRE3DV_IMAGE_ROUGHNESS_F32 = 1024, /* float: perceptual roughness, 0 to 1 */
+  FIRE3DV_IMAGE_METALLIC_F32 = 2048,  /* float: 0 to 1 */
+  FIRE3DV_IMAGE_POSITION_F32 = 4096,  /* 4 floats: x, y, z in the world in metres; 1; all 0 for background */
+  FIRE3DV_IMAGE_OCCLUSION_U32 = 8192  /* uint32: how this request's previous image showed the point: 0 seen, 1
+                                         hidden, 2 outside */
 };
 
 enum {

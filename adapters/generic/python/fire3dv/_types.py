@@ -14,7 +14,9 @@ else:
 
 #: Names of image outputs: short ones, and those of the protocol.
 Output = Literal["color", "linear", "depth", "instance", "semantic", "normal", "motion", "boxes2d", "boxes3d",
-                 "color_srgb8", "color_linear_f16", "depth_f32", "instance_u32", "semantic_u32"]
+                 "albedo", "roughness", "metallic", "position", "occlusion",
+                 "color_srgb8", "color_linear_f16", "depth_f32", "instance_u32", "semantic_u32", "albedo_f16",
+                 "roughness_f32", "metallic_f32", "position_f32", "occlusion_u32"]
 #: Which frames an image request shows.
 When = Literal["once", "every_nth", "rate", "exactly"]
 #: Lens distortion of an image request, as in OpenCV.

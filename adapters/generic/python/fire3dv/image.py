@@ -29,10 +29,17 @@ OUTPUTS: Dict[str, Tuple[Any, int]] = {
                  ("max_y", "<u4"), ("pixels", "<u4"), ("reserved", "<u4")], 1),
     "boxes3d": ([("instance", "<u4"), ("semantic", "<u4"), ("world_from_box", "<f4", (3, 4)),
                  ("reserved", "<u4", (2,))], 1),
+    "albedo_f16": ("<f2", 4),        # linear base colour; 1; all 0 for background
+    "roughness_f32": ("<f4", 1),     # perceptual roughness, 0 to 1; 0 for background
+    "metallic_f32": ("<f4", 1),      # 0 to 1; 0 for background
+    "position_f32": ("<f4", 4),      # x, y, z in the world, in metres; 1; all 0 for background
+    "occlusion_u32": ("<u4", 1),     # in this request's previous image the point was 0 seen, 1 hidden, 2 outside
 }
 #: Short names of outputs, accepted everywhere, as by the option --outputs of fire3dv(1).
 ALIASES: Dict[str, str] = {"color": "color_srgb8", "linear": "color_linear_f16", "depth": "depth_f32",
-                           "instance": "instance_u32", "semantic": "semantic_u32"}
+                           "instance": "instance_u32", "semantic": "semantic_u32", "albedo": "albedo_f16",
+                           "roughness": "roughness_f32", "metallic": "metallic_f32", "position": "position_f32",
+                           "occlusion": "occlusion_u32"}
 _BITS = {name: 1 << bit for bit, name in enumerate(OUTPUTS)}
 _NAMES = {bit: name for name, bit in _BITS.items()}
 BITS_OF_ANY_NAME = {**_BITS, **{alias: _BITS[name] for alias, name in ALIASES.items()}}
@@ -84,8 +91,8 @@ class Image:
         world_from_camera: 12 numbers, (3, 4) row by row: rotation and position in metres. The camera looks along -Z, +Y
             is up
 
-    Frames: the world is glTF's, with Y up and metres, whatever the axes of the stream are. world_from_camera, normal and
-    boxes3d are in the world. Of a stream with Z up, stream_from_camera is the camera in the stream's own frame, and
+    Frames: the world is glTF's, with Y up and metres, whatever the axes of the stream are. world_from_camera, normal,
+    position and boxes3d are in the world. Of a stream with Z up, stream_from_camera is the camera in the stream's own frame, and
     world_from_stream transforms the rest: a normal n of the world is world_from_stream[:, :3].T @ n in the stream,
     where that does not scale. depth, motion and boxes2d need no frame.
     """
@@ -162,6 +169,37 @@ class Image:
     def motion(self) -> npt.NDArray[np.float32]:
         """(height, width, 2) float32: pixels right and down since the request's previous image; NaN: was behind it."""
         return self._plane("motion")
+
+    @property
+    def albedo(self) -> npt.NDArray[np.float16]:
+        """(height, width, 4) float16: linear base colour of the surface, and 1; 0, 0, 0, 0 for the background."""
+        return self._plane("albedo_f16")
+
+    @property
+    def roughness(self) -> npt.NDArray[np.float32]:
+        """(height, width) float32: perceptual roughness of the surface, 0 to 1; 0 for the background."""
+        return self._plane("roughness_f32")
+
+    @property
+    def metallic(self) -> npt.NDArray[np.float32]:
+        """(height, width) float32: metallic share of the surface, 0 to 1; 0 for the background."""
+        return self._plane("metallic_f32")
+
+    @property
+    def position(self) -> npt.NDArray[np.float32]:
+        """(height, width, 4) float32: x, y, z of the surface in the world (glTF's, Y up) in metres, and 1; 0, 0, 0, 0 for
+
+        the background.
+        """
+        return self._plane("position_f32")
+
+    @property
+    def occlusion(self) -> npt.NDArray[np.uint32]:
+        """(height, width) uint32: how the request's previous image showed the visible point: 0 seen, 1 hidden, 2 outside.
+
+        0 for the background, and in the first image.
+        """
+        return self._plane("occlusion_u32")
 
     @property
     def boxes2d(self) -> npt.NDArray[np.void]:

@@ -674,8 +674,8 @@ TEST(ClientImageArguments, ChecksPrecedeSending) {
   expect(FIRE3DV_ERROR_ARGUMENT, "rate_hz is 0");
   request.when = FIRE3DV_IMAGE_EXACTLY;
   expect(FIRE3DV_ERROR_ARGUMENT, "sequence is 0");
-  request.outputs = 1u << 9;
-  expect(FIRE3DV_ERROR_ARGUMENT, "outputs is 512");
+  request.outputs = wire::kAmodal;
+  expect(FIRE3DV_ERROR_ARGUMENT, "outputs is 16384");
   request.markers = 2;
   expect(FIRE3DV_ERROR_ARGUMENT, "markers is 2");
   request.markers = 1;

@@ -158,9 +158,16 @@ TEST(ImageOutputTable, IsThatOfSpecification) {
       {6, "motion", "motion", 5, 2, 8, "<f4", false, true},
       {7, "boxes2d", "boxes2d", 6, 0, 32, "", true, true},
       {8, "boxes3d", "boxes3d", 7, 0, 64, "", true, true},
+      {9, "albedo_f16", "albedo", 2, 4, 8, "<f2", false, true},
+      {10, "roughness_f32", "roughness", 3, 1, 4, "<f4", false, true},
+      {11, "metallic_f32", "metallic", 3, 1, 4, "<f4", false, true},
+      {12, "position_f32", "position", 8, 4, 16, "<f4", false, true},
+      {13, "occlusion_u32", "occlusion", 4, 1, 4, "<u4", false, true},
+      {14, "amodal", "amodal", 9, 0, 40, "", true, true},
   };
   ASSERT_EQ(wire::kImageOutputTable.size(), std::size(kSpecification));
-  EXPECT_EQ(wire::kAllImageOutputs, 511u);
+  EXPECT_EQ(wire::kAllImageOutputs, 32767u);
+  EXPECT_EQ(wire::kRequestableOutputs, 16383u);
   for (const Row& row : kSpecification) {
     const wire::ImageOutputInfo& info = wire::info_at(row.bit);
     SCOPED_TRACE(row.api_name);
@@ -200,7 +207,7 @@ TEST(ImageOutputs, AreNamedOnceEach) {
   EXPECT_EQ(
       wire::parse_image_outputs("colour").error().message,
       "there is no output \"colour\": there are color, linear, depth, instance, semantic, normal, motion, "
-      "boxes2d and boxes3d");
+      "boxes2d, boxes3d, albedo, roughness, metallic, position, occlusion and amodal");
 }
 
 TEST(ImageOutputs, SayWhatTheyNeed) {
@@ -211,11 +218,15 @@ TEST(ImageOutputs, SayWhatTheyNeed) {
   EXPECT_TRUE(ImageOutputs(wire::kColorLinearF16).has_planes());
   EXPECT_FALSE(ImageOutputs(wire::kColorLinearF16).has_id_planes());
   for (const wire::ImageOutput output :
-       {wire::kDepthF32, wire::kInstanceU32, wire::kSemanticU32, wire::kNormal, wire::kMotion}) {
+       {wire::kDepthF32, wire::kInstanceU32, wire::kSemanticU32, wire::kNormal, wire::kMotion,
+        wire::kAlbedoF16, wire::kRoughnessF32, wire::kMetallicF32, wire::kPositionF32, wire::kOcclusionU32}) {
     EXPECT_TRUE(ImageOutputs(output).has_planes() && ImageOutputs(output).has_id_planes());
     EXPECT_FALSE(ImageOutputs(output).shaded() || ImageOutputs(output).has_boxes());
   }
-  EXPECT_EQ(ImageOutputs::all_planes().bits(), 127u);
+  EXPECT_EQ(ImageOutputs::all_planes().bits(), 127u | 512 | 1024 | 2048 | 4096 | 8192);
+  EXPECT_EQ(wire::with_sources(ImageOutputs(wire::kAmodal)).bits(), wire::kAmodal | wire::kInstanceU32);
+  EXPECT_EQ(wire::with_sources(ImageOutputs(wire::kOcclusionU32)).bits(),
+            wire::kOcclusionU32 | wire::kDepthF32);
 }
 
 TEST(ImageOutputs, PlanesLieOneBehindOther) {
@@ -230,7 +241,8 @@ TEST(ImageOutputs, PlanesLieOneBehindOther) {
     end = place.offset_bytes + place.size_bytes;
   }
   EXPECT_EQ(passes::bytes_of(passes::lay_out_planes(outputs, 7, 5)), end);
-  EXPECT_EQ(end, 320u + 192 + 192 + 192 + 320 + 280) << "the last plane ends without padding";
+  EXPECT_EQ(end, 320u + 192 + 192 + 192 + 320 + 320 + 320 + 192 + 192 + 576 + 140)
+      << "the last plane ends without padding";
   const auto large = passes::lay_out_planes(outputs, 1u << 16, 1u << 16);
   EXPECT_GT(passes::bytes_of(large), uint64_t{1} << 36) << "bytes are counted with 64 bits";
 }
