@@ -202,16 +202,12 @@ std::vector<Finding> check_nvidia(const Facts& facts) {
                  describe(manifest->load),
              install_line(*manifest, facts)}};
   }
-  if (contains(manifest->library, "libGLX_nvidia"))
-    return {{Level::error,
-             seen + ", and NVIDIA's Vulkan driver loads, but lists no device: without X its EGL library "
-                    "works where this one does not, and it needs libnvidia-glvkspirv",
-             "printf '{\"file_format_version\":\"1.0.0\",\"ICD\":{\"library_path\":\"libEGL_nvidia.so.0\","
-             "\"api_version\":\"1.3.0\"}}' > egl.json && VK_DRIVER_FILES=$PWD/egl.json fire3dv doctor"}};
-  return {
-      {Level::error,
-       seen + ", and NVIDIA's Vulkan driver loads, but lists no device: libnvidia-glvkspirv may be missing",
-       facts.container ? kContainerLine : "ldconfig -p | grep libnvidia-glvkspirv"}};
+  // Seen on a server: the driver loads its X11 and OpenGL libraries itself, and is silent about missing ones.
+  return {{Level::error,
+           seen +
+               ", and NVIDIA's Vulkan driver loads, but lists no device: libraries that it loads itself are "
+               "missing, or libnvidia-glvkspirv is",
+           "sudo apt-get install libgl1 libegl1 libxext6"}};
 }
 
 std::vector<Finding> check_wsl(const Facts& facts) {

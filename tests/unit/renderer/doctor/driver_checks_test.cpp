@@ -150,7 +150,7 @@ TEST(DriverChecks, ALibraryThatNvidiasDriverMissesGetsItsPackage) {
   facts.manifests.back().load.detail = "libGLX_nvidia.so.0: cannot open shared object file: No such file";
   EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "NVIDIA_DRIVER_CAPABILITIES=all"));
   facts.manifests.back().load = {Outcome::passed, ""};
-  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "libEGL_nvidia.so.0"));
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "libgl1 libegl1 libxext6"));
 }
 
 TEST(DriverChecks, WslIsRecognised) {
