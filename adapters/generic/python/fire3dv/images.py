@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .stream import Stream
 
 WHEN: Dict[When, int] = {"once": 1, "every_nth": 2, "rate": 3, "exactly": 4}
+# Default limit of one wait. The first image on a software driver with an empty shader cache takes 6 to 35 s.
+WAIT_S = 60.0
 _SLICE_S = 0.05  # a stream is freed after the slices of waits in other threads
 
 
@@ -31,7 +33,7 @@ class ImageRequest:
         self._stream = stream
         self.id = number
 
-    def wait(self, timeout_s: float = 10.0) -> Image:
+    def wait(self, timeout_s: float = WAIT_S) -> Image:
         """Waits for the next image. Raises Timeout, or RefusedError if there will be none."""
         return self._stream.wait_image(timeout_s, self)
 
@@ -123,7 +125,7 @@ class ImageRequests:
         self._call(library().fire3dv_request_image, byref(request), byref(number))
         return ImageRequest(self, number.value)  # type: ignore[arg-type]
 
-    def wait_image(self, timeout_s: float = 10.0, request: Optional[ImageRequest] = None) -> Image:
+    def wait_image(self, timeout_s: float = WAIT_S, request: Optional[ImageRequest] = None) -> Image:
         """Waits for the next image of `request`, or of any request. Raises Timeout, or RefusedError."""
         pointer = POINTER(c.Image)()
         number = request.id if request else 0
@@ -167,7 +169,7 @@ class ImageRequests:
                 return
 
     def step(self, sim_time_ns: int, stream_from_body: Array, requests: Sequence[ImageRequest],
-             timeout_s: float = 10.0, flags: int = 0) -> List[Image]:
+             timeout_s: float = WAIT_S, flags: int = 0) -> List[Image]:
         """Lockstep: publishes a frame and waits for its image from each request.
 
         requests: with when="every_nth" and every=1. Images of earlier frames are skipped.

@@ -28,7 +28,7 @@ from ._frames import FrameSequence
 from ._types import Float32Array, Shown
 from .errors import ArgumentError, ErrorCode
 from .image import Image
-from .images import ImageRequest, images_of
+from .images import WAIT_S, ImageRequest, images_of
 from .stream import Stream
 
 #: world_from_stream, (3, 4): MuJoCo's Z up to glTF's Y up. Metres.
@@ -229,7 +229,7 @@ class Publisher:
             self._contacts.publish(data)  # before the frame, which is shown with them
         return self._frames.publish(round(1e9 * float(data.time)), poses)
 
-    def step(self, data: Any, requests: Sequence[ImageRequest], timeout_s: float = 10.0) -> List[Image]:
+    def step(self, data: Any, requests: Sequence[ImageRequest], timeout_s: float = WAIT_S) -> List[Image]:
         """Lockstep: publishes an mjData, as publish(), and waits for the frame's image from each request.
 
         requests: of Stream.request_image, with when="every_nth". Images of earlier frames are skipped.

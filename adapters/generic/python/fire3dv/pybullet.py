@@ -30,7 +30,7 @@ from ._frames import FrameSequence
 from ._types import Float32Array
 from .errors import ArgumentError, ErrorCode, warn
 from .image import Image
-from .images import ImageRequest, images_of
+from .images import WAIT_S, ImageRequest, images_of
 from .poses import pose
 from .stream import Stream
 
@@ -165,7 +165,7 @@ class Publisher:
         """
         return self._frames.publish(sim_time_ns, self.poses())
 
-    def step(self, sim_time_ns: int, requests: Sequence[ImageRequest], timeout_s: float = 10.0) -> List[Image]:
+    def step(self, sim_time_ns: int, requests: Sequence[ImageRequest], timeout_s: float = WAIT_S) -> List[Image]:
         """Lockstep: publishes, as publish(), and waits for the frame's image from each request.
 
         requests: of Stream.request_image, with when="every_nth". Images of earlier frames are skipped.
