@@ -7,11 +7,13 @@
 #include <vector>
 
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "renderer/dataset/dataset_format.h"
 #include "renderer/dataset/labels/keypoints.h"
 #include "renderer/dataset/labels/objects.h"
 #include "renderer/offline/image_set.h"
+#include "renderer/passes/outputs/silhouettes.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -58,6 +60,16 @@ bool is_orthographic(const scene::Scene& scene, const std::string& name) {
   return found != nodes.end() && scene.cameras[scene.nodes[*found].camera].orthographic;
 }
 
+void warn_of_missing_labels(const scene::Scene& scene, float label_alpha, Description& description) {
+  std::vector<std::string> names;
+  for (const uint32_t node : passes::nodes_without_labels(scene, label_alpha))
+    names.push_back(scene.nodes[node].path);
+  if (names.empty()) return;
+  description.warnings.push_back(counted(names.size(), "node") +
+                                 " will have no depth and no labels, being blended with alpha not above " +
+                                 "--label-alpha: " + list_names(names));
+}
+
 Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const scene::Scene& scene,
                                                                           Settings& settings) {
   Description description;
@@ -76,6 +88,7 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   }
   if (auto found = find_objects(scene, options_.objects, description); !found) return found.error();
   if (auto read = read_keypoints(scene, options_.keypoints, description); !read) return read.error();
+  warn_of_missing_labels(scene, options_.run.drawing.draw.label_alpha, description);
   for (const std::string& text : description.warnings) log_message(warning(text));
   std::vector<offline::FolderFile> files;
   const std::vector<std::string> names = layout_->static_names(description);

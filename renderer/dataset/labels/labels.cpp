@@ -20,12 +20,42 @@ Rectangle box_of(const Runs& runs, uint32_t height) {
     top = std::min(top, x0 == x1 ? int64_t{first % height} : 0);
     bottom = std::max(bottom, x0 == x1 ? int64_t{(end - 1) % height} : int64_t{height} - 1);
   }
-  if (right < 0) return {};
+  if (right < 0) return {-1, -1, -1, -1};
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool touches_border(const Rectangle& box, uint32_t width, uint32_t height) {
-  return box.left <= 0 || box.top <= 0 || box.left + box.width >= width || box.top + box.height >= height;
+Runs runs_of_mask(const sinks::FrameImage& image, size_t index) {
+  const wire::AmodalRecord& record = image.amodal->records[index];
+  const size_t row_bytes = (image.width + 7) / 8;
+  const uint8_t* const mask = image.amodal->masks.data() + index * row_bytes * image.height;
+  Runs runs;
+  for (uint32_t x = record.min_x; x < record.max_x; ++x) {
+    for (uint32_t y = record.min_y; y < record.max_y; ++y) {
+      if (!(mask[y * row_bytes + x / 8] & (0x80u >> (x % 8)))) continue;
+      const uint32_t pixel = x * image.height + y;
+      if (!runs.empty() && runs.back().second == pixel)
+        ++runs.back().second;
+      else
+        runs.emplace_back(pixel, pixel + 1);
+    }
+  }
+  return runs;
+}
+
+Silhouette read_silhouette(const sinks::FrameImage& image, size_t index,
+                           const std::vector<uint16_t>& depth_units) {
+  const wire::AmodalRecord& record = image.amodal->records[index];
+  Silhouette silhouette;
+  silhouette.pixels = runs_of_mask(image, index);
+  silhouette.box = box_of(silhouette.pixels, image.height);
+  silhouette.px = record.pixels;
+  for (const auto& [first, end] : silhouette.pixels) {
+    for (uint32_t i = first; i < end; ++i)
+      silhouette.valid_px += depth_units[size_t{i % image.height} * image.width + i / image.height] != 0;
+  }
+  silhouette.visibility = static_cast<double>(record.visible_pixels) / static_cast<double>(record.pixels);
+  silhouette.is_truncated = record.is_truncated != 0;
+  return silhouette;
 }
 
 void set_pose(const glm::dmat4& camera_from_world, const glm::dmat4& world_from_node,
@@ -125,27 +155,27 @@ ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const 
   const glm::dmat4 camera_from_world = glm::inverse(labels.poses.world_from_camera);
   std::map<uint32_t, Runs> masks =
       masks_of_instances(plane_values<uint32_t>(image, wire::kInstanceU32), image.width, image.height);
-  for (auto& [number, visible] : masks) {
+  const auto add = [&](uint32_t number, Runs visible, std::optional<Silhouette> silhouette) {
     const Instance* const instance = description.find_instance(number);
-    if (!instance) continue;
+    if (!instance) return;
     InstanceLabel label;
     label.number = number;
     label.index = static_cast<uint32_t>(instance - description.instances.data());
     set_pose(camera_from_world, labels.poses.world_from_instance[label.index], *instance, label);
     label.visible_px = count_pixels(visible);
     label.visible_box = box_of(visible, image.height);
-    // Without amodal masks the visible pixels stand for the silhouette (README of the data set).
-    label.silhouette = visible;
     label.visible = std::move(visible);
-    label.silhouette_px = count_pixels(label.silhouette);
-    label.silhouette_box = box_of(label.silhouette, image.height);
-    for (const auto& [first, end] : label.silhouette) {
-      for (uint32_t i = first; i < end; ++i)
-        label.valid_px += labels.depth_units[size_t{i % image.height} * image.width + i / image.height] != 0;
-    }
-    label.visibility = static_cast<double>(label.visible_px) / static_cast<double>(label.silhouette_px);
-    label.is_truncated = touches_border(label.silhouette_box, image.width, image.height);
+    label.silhouette = std::move(silhouette);
     labels.instances.push_back(std::move(label));
+  };
+  if (image.amodal) {
+    for (size_t i = 0; i < image.amodal->records.size(); ++i) {
+      const uint32_t number = image.amodal->records[i].instance;
+      if (description.find_instance(number))
+        add(number, std::move(masks[number]), read_silhouette(image, i, labels.depth_units));
+    }
+  } else {
+    for (auto& [number, visible] : masks) add(number, std::move(visible), {});
   }
   for (uint32_t i = 0; i < description.keypoints.size(); ++i)
     labels.keypoints.push_back(find_keypoint(i, description.keypoints[i], camera_from_world,
@@ -177,13 +207,15 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
     each["class"] = instance.semantic;
     each["cam_R_m2c"] = label.camera_from_model;
     each["cam_t_m2c"] = label.camera_from_model_mm;
-    each["bbox_obj"] = json_of(label.silhouette_box);
     each["bbox_visib"] = json_of(label.visible_box);
-    each["px_count_all"] = label.silhouette_px;
-    each["px_count_valid"] = label.valid_px;
     each["px_count_visib"] = label.visible_px;
-    each["visib_fract"] = label.visibility;
-    each["truncated"] = label.is_truncated;
+    if (label.silhouette) {
+      each["bbox_obj"] = json_of(label.silhouette->box);
+      each["px_count_all"] = label.silhouette->px;
+      each["px_count_valid"] = label.silhouette->valid_px;
+      each["visib_fract"] = label.silhouette->visibility;
+      each["truncated"] = label.silhouette->is_truncated;
+    }
     if (label.is_rescaled) each["rescaled"] = true;
     each["counts"] = encode_counts(label.visible, pixels);
     instances.push_back(std::move(each));

@@ -40,17 +40,25 @@ struct KeypointLabel {
   KeypointState state = KeypointState::outside;
 };
 
+// The instance drawn alone, clipped at the image's border.
+struct Silhouette {
+  Runs pixels;
+  Rectangle box;
+  uint64_t px = 0, valid_px = 0;  // valid: with a depth
+  double visibility = 0;          // visible share
+  bool is_truncated = false;      // a part of the instance is outside of the image
+};
+
 struct InstanceLabel {
   uint32_t number = 0;                        // of the instance plane
   uint32_t index = 0;                         // into Description::instances
   std::array<double, 9> camera_from_model{};  // rotation, by rows
   std::array<double, 3> camera_from_model_mm{};
-  Runs visible, silhouette;  // silhouette: the instance drawn alone
-  Rectangle visible_box, silhouette_box;
-  uint64_t visible_px = 0, silhouette_px = 0, valid_px = 0;  // valid: of the silhouette, with a depth
-  double visibility = 0;                                     // visible_px / silhouette_px
-  bool is_truncated = false;                                 // the silhouette touches the image's border
-  bool is_rescaled = false;                                  // drawn in another size than its model
+  Runs visible;
+  Rectangle visible_box;  // -1 in all fields: hidden
+  uint64_t visible_px = 0;
+  std::optional<Silhouette> silhouette;  // nullopt: not requested
+  bool is_rescaled = false;              // drawn in another size than its model
 };
 
 struct ImageLabels {
@@ -68,7 +76,7 @@ const sinks::FramePlane* find_plane(const sinks::FrameImage& image, wire::ImageO
 template <typename T>
 std::vector<T> plane_values(const sinks::FrameImage& image, wire::ImageOutput output);
 
-// image: with colours, depth and instances.
+// image: with colours, depth and instances. With silhouettes, instances that others hide have labels, too.
 ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description);
 
 // Labels as JSON, for the line of the image: what formats need after the last image.

@@ -139,20 +139,6 @@ void warn_of(const std::vector<std::string>& names, const char* what, Descriptio
   description.warnings.push_back(counted(names.size(), "node") + " " + what + ": " + list_names(names));
 }
 
-// Blended and transmissive triangles are drawn in the colours and are in no label.
-std::vector<std::string> nodes_without_labels(const scene::Scene& scene) {
-  std::vector<std::string> names;
-  for (const scene::Node& node : scene.nodes) {
-    if (node.mesh == scene::kNone) continue;
-    bool is_blended = false;
-    visit_triangles(scene, scene.meshes[node.mesh], [&](const scene::Primitive& primitive) {
-      is_blended |= scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::blend;
-    });
-    if (is_blended) names.push_back(node.path);
-  }
-  return names;
-}
-
 }  // namespace
 
 Result<void> find_objects(const scene::Scene& scene, std::span<const std::string> wanted,
@@ -194,8 +180,6 @@ Result<void> find_objects(const scene::Scene& scene, std::span<const std::string
   warn_of(sheared, "are sheared: their poses are no rotations, and R is the nearest one by columns",
           description);
   warn_of(deforming, "deform (skin or morph targets): their models are the rest poses", description);
-  warn_of(nodes_without_labels(scene),
-          "have blended or transmissive surfaces, which have no depth and no labels", description);
   return {};
 }
 

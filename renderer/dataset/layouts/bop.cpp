@@ -96,11 +96,12 @@ Result<std::vector<std::vector<uint8_t>>> BopLayout::encode(const Description&,
   std::vector<std::vector<uint8_t>> files;
   files.push_back(std::move(color));
   files.push_back(encode_gray_png(labels.depth_units, image.width, image.height));
-  for (const auto mask : {&InstanceLabel::silhouette, &InstanceLabel::visible}) {
-    for (const InstanceLabel& instance : labels.instances)
-      files.push_back(
-          encode_gray_png(mask_pixels(instance.*mask, image.width, image.height), image.width, image.height));
-  }
+  const auto add_mask = [&](const Runs& pixels) {
+    files.push_back(
+        encode_gray_png(mask_pixels(pixels, image.width, image.height), image.width, image.height));
+  };
+  for (const InstanceLabel& instance : labels.instances) add_mask(instance.silhouette.value().pixels);
+  for (const InstanceLabel& instance : labels.instances) add_mask(instance.visible);
   return files;
 }
 
@@ -154,13 +155,17 @@ std::string BopLayout::conventions(const Description& description) const {
 | `models/obj_NNNNNN.ply`, `models/models_info.json` | models in millimetres; diameter, box |
 | `train_pbr/SCENE/rgb/IMAGE.png` | 8-bit colours, sRGB |
 | `train_pbr/SCENE/depth/IMAGE.png` | 16 bits; times `depth_scale` = millimetres along the camera's axis; 0: no surface, or too far |
-| `train_pbr/SCENE/mask/IMAGE_GT.png` | silhouette of instance GT, 255 |
+| `train_pbr/SCENE/mask/IMAGE_GT.png` | silhouette of instance GT as if it were drawn alone, 255 |
 | `train_pbr/SCENE/mask_visib/IMAGE_GT.png` | its visible part, 255 |
 | `train_pbr/SCENE/scene_camera.json` | `cam_K` (by rows, pixels), `cam_R_w2c`, `cam_t_w2c` (mm), `depth_scale` |
 | `train_pbr/SCENE/scene_gt.json` | for each instance `obj_id`, `cam_R_m2c` (by rows), `cam_t_m2c` (mm) |
 | `train_pbr/SCENE/scene_gt_info.json` | `bbox_obj`, `bbox_visib` (left, top, width, height in pixels), pixel counts, `visib_fract` |
 
-GT is the position in the lists of `scene_gt.json`. Instances without a visible pixel are left out.
+GT is the position in the lists of `scene_gt.json`. Instances of which no pixel is within the image are
+left out; those that others hide are listed, with `visib_fract` 0 and -1 in `bbox_visib`.
+Silhouettes, `bbox_obj` and `px_count_all` end at the image's border, so that `visib_fract` is the
+visible share of what is within the image (BOP's own tools count pixels outside, too). `frames.jsonl`
+says which instances are `truncated`. `px_count_valid` counts pixels of the silhouette with a depth.
 `depth_scale` is )" +
          ordered_json(description.depth_unit_mm).dump() + ".\n";
 }

@@ -152,8 +152,10 @@ Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Des
       annotation["segmentation"] = {{"size", {description.height, description.width}},
                                     {"counts", label.at("counts")}};
       add_keypoints(line, instance->number, categories.points_of(category), annotation);
-      for (const char* name :
-           {"instance", "obj_id", "bbox_obj", "visib_fract", "truncated", "cam_R_m2c", "cam_t_m2c"})
+      annotation["amodal_bbox"] = label.at("bbox_obj");
+      annotation["amodal_area"] = label.at("px_count_all");
+      annotation["visibility"] = label.at("visib_fract");
+      for (const char* name : {"truncated", "instance", "obj_id", "cam_R_m2c", "cam_t_m2c"})
         annotation[name] = label.at(name);
       annotations.push_back(annotation.dump());
     }
@@ -181,8 +183,10 @@ std::string CocoLayout::conventions(const Description&) const {
   0 for x and y). x and y count from the centre of the top left pixel.
 - A category is a class (`semantic` in the extras of glTF nodes); nodes without a class are left out.
   In a scene without classes each object is a category.
-- Beyond COCO: `cam_K`, `cam_R_w2c`, `cam_t_w2c` of images; `instance`, `obj_id`, `bbox_obj`,
-  `visib_fract`, `truncated`, `cam_R_m2c`, `cam_t_m2c` (BOP's definitions, mm) of annotations.
+- Beyond COCO, of annotations: `amodal_bbox` and `amodal_area` of the instance as if it were drawn alone,
+  clipped at the image's border; `visibility`, `area` divided by `amodal_area`; `truncated`: a part is outside
+  of the image; `instance`, `obj_id`, `cam_R_m2c`, `cam_t_m2c` (BOP's definitions, mm). Instances without
+  a visible pixel have no annotation. Of images: `cam_K`, `cam_R_w2c`, `cam_t_w2c`.
 )";
 }
 

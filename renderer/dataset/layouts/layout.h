@@ -22,7 +22,7 @@ class Layout {
   virtual ~Layout() = default;
 
   // Outputs beside colours, depth and instances.
-  virtual wire::ImageOutputs further_outputs() const { return wire::ImageOutputs(0); }
+  virtual wire::ImageOutputs further_outputs() const { return wire::ImageOutputs(wire::kAmodal); }
   // Sub-folders, relative to the set's.
   virtual std::vector<std::string> folders(const Description& description) const = 0;
   // Files of the whole set that begin() writes beside the description, such as models.

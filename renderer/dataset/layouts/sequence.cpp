@@ -1,6 +1,7 @@
 #include "renderer/dataset/layouts/sequence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -78,6 +79,24 @@ std::string c3vd_pose(const ordered_json& line) {
   }
   pose.push_back(1);
   return dump_numbers(pose, ",");
+}
+
+// Masks of the labelled instances.
+std::vector<uint8_t> encode_silhouettes(const sinks::FrameImage& image, const ImageLabels& labels) {
+  FIRE3DV_ASSERT(image.amodal);
+  const sinks::Amodal& all = *image.amodal;
+  std::array<uint64_t, 3> shape = sinks::masks_shape(image);
+  shape[0] = labels.instances.size();
+  const auto mask_bytes = static_cast<std::ptrdiff_t>(shape[1] * shape[2]);
+  std::vector<uint8_t> masks;
+  auto label = labels.instances.begin();
+  for (size_t i = 0; i < all.records.size() && label != labels.instances.end(); ++i) {
+    if (all.records[i].instance != label->number) continue;
+    const auto mask = all.masks.begin() + static_cast<std::ptrdiff_t>(i) * mask_bytes;
+    masks.insert(masks.end(), mask, mask + mask_bytes);
+    ++label;
+  }
+  return sinks::encode_npy("|u1", shape, masks);
 }
 
 std::vector<std::string> camera_folders(const Description& description) {
@@ -183,7 +202,8 @@ std::vector<std::string> FolderLayout::file_names(const Description& description
                                                   size_t) const {
   const std::string begin = folder_of_image(description, image) + six_digits(description.frame_of(image));
   std::vector<std::string> names{color_name(description, image)};
-  for (const char* ending : {".depth.npy", ".instance.npy", ".semantic.npy", ".normal.npy", ".json"})
+  for (const char* ending :
+       {".depth.npy", ".instance.npy", ".semantic.npy", ".normal.npy", ".amodal.npy", ".json"})
     names.push_back(begin + ending);
   return names;
 }
@@ -199,6 +219,7 @@ Result<std::vector<std::vector<uint8_t>>> FolderLayout::encode(const Description
     FIRE3DV_ASSERT(plane);
     files.push_back(sinks::encode_npy(*plane, image.width, image.height));
   }
+  files.push_back(encode_silhouettes(image, labels));
   ordered_json json;
   add_json(labels, description, json);
   const std::string text = json.dump(1) + "\n";
@@ -221,7 +242,8 @@ std::string FolderLayout::conventions(const Description&) const {
 | `IMAGE.instance.npy` | uint32 (h, w): instance, of the table below; 0: none |
 | `IMAGE.semantic.npy` | uint32 (h, w): class; 0: none |
 | `IMAGE.normal.npy` | float16 (h, w, 4): normal in the world, and 0 |
-| `IMAGE.json` | `cam_K`, `cam_R_w2c`, `cam_t_w2c` (mm), instances with poses (mm), boxes, masks (COCO's RLE), keypoints |
+| `IMAGE.amodal.npy` | uint8 (n, h, ceil(w / 8)): silhouettes of the n instances of the JSON file, in its order; `numpy.unpackbits(a, axis=2, count=w)` |
+| `IMAGE.json` | `cam_K`, `cam_R_w2c`, `cam_t_w2c` (mm), instances with poses (mm), boxes, visible masks (COCO's RLE), visible shares, keypoints |
 | `cam.txt` | camera matrix of the first image by rows, pixels |
 )";
 }

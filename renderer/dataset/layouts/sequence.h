@@ -31,7 +31,7 @@ class C3vdLayout final : public Layout {
 class FolderLayout final : public Layout {
  public:
   wire::ImageOutputs further_outputs() const override {
-    return wire::ImageOutputs(wire::kNormal | wire::kSemanticU32);
+    return wire::ImageOutputs(wire::kNormal | wire::kSemanticU32 | wire::kAmodal);
   }
   std::vector<std::string> folders(const Description& description) const override;
   std::string color_name(const Description& description, uint64_t image) const override;

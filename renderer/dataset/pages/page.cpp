@@ -111,6 +111,7 @@ std::string overlay(const Description& description, const json& line, double uni
   for (const json& instance : line.value("instances", json::array())) {
     const auto number_of = instance.value("instance", 0u);
     const std::string color = css(color_of(number_of));
+    if (instance.value("px_count_visib", uint64_t{0}) == 0) continue;
     const json& box = instance.at("bbox_visib");
     const double left = box.at(0), top = box.at(1), width = box.at(2), height = box.at(3);
     svg += "<rect x=\"" + number(left) + "\" y=\"" + number(top) + "\" width=\"" + number(width) +
@@ -198,8 +199,8 @@ std::string make_object_table(const Description& description, const Statistics& 
     html += "<tr><td class=n>" + std::to_string(object.id) + "</td><td>" + html_text(object.name) +
             "</td><td class=n>" + number(object.diameter_mm) + "</td><td class=n>" +
             std::to_string(counts.labels) + "</td><td class=n>" + std::to_string(counts.images) +
-            "</td><td class=n>" + std::to_string(counts.truncated) + "</td><td class=n>" +
-            (counts.labels ? range : "-") + "</td></tr>\n";
+            "</td><td class=n>" + (statistics.has_silhouettes ? std::to_string(counts.truncated) : "-") +
+            "</td><td class=n>" + (counts.labels ? range : "-") + "</td></tr>\n";
   }
   html += "</table>\n";
   if (description.objects.size() > kMaxRows)

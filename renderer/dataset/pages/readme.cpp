@@ -45,9 +45,8 @@ std::string make_readme(const Description& description, const Layout& layout, co
       "  cx = (width - 1) / 2. Boxes count whole pixels: left, top, width, height.\n"
       "- The world is the scene's: metres, Y up, right-handed (glTF).\n"
       "- Depth is measured along the camera's axis, not along the ray.\n"
-      "- The visible share is relative to the visible pixels alone until silhouettes are drawn: see\n"
-      "  `px_count_all`.\n"
-      "- Blended and transmissive surfaces, lines and points are in the colours, not in the labels.\n\n";
+      "- Blended surfaces with more alpha than `--label-alpha` (0.5), and transmissive ones, count as\n"
+      "  opaque in depth and labels. Others, lines and points are in the colours only.\n\n";
   text += "## Files\n\n" + layout.conventions(description) + "\n";
   text += "## Objects\n\n| obj_id | name | diameter, mm | labels | distance, m |\n|---|---|---|---|---|\n";
   for (const Object& object : description.objects) {

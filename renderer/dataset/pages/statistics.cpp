@@ -64,8 +64,8 @@ Statistics count(const Description& description, const offline::FrameLines& line
     bright += mean > kBright;
     beyond_range += line.value("beyond_range_px", uint64_t{0}) != 0;
     const json instances = line.value("instances", json::array());
-    statistics.empty_images += instances.empty();
     std::set<uint32_t> objects_here;
+    bool shows_any = false;
     for (const json& instance : instances) {
       ++statistics.labels;
       const auto object = instance.value("obj_id", 0u);
@@ -77,18 +77,25 @@ Statistics count(const Description& description, const offline::FrameLines& line
       counts.images += objects_here.insert(object).second;
       counts.truncated += instance.value("truncated", false);
       ++statistics.classes[instance.value("class", 0u)];
-      visibility.add(instance.value("visib_fract", 0.0));
-      sizes.add(static_cast<double>(instance.value("px_count_visib", uint64_t{0})));
+      if (const auto share = instance.find("visib_fract"); share != instance.end()) {
+        statistics.has_silhouettes = true;
+        visibility.add(share->get<double>());
+      }
+      const auto visible_px = instance.value("px_count_visib", uint64_t{0});
+      sizes.add(static_cast<double>(visible_px));
       distances.add(distance_m);
-      seen.insert(instance.value("instance", 0u));
+      if (visible_px != 0) seen.insert(instance.value("instance", 0u));
+      shows_any |= visible_px != 0;
       if (instance.value("rescaled", false)) rescaled.insert(instance.value("instance", 0u));
     }
+    statistics.empty_images += !shows_any;
     for (const json& point : line.value("keypoints", json::array())) {
       const std::string state = point.value("state", "");
       ++statistics.keypoints[point.value("name", "")][state == "visible" ? 0 : state == "hidden" ? 1 : 2];
     }
   }
-  for (const Counter* counter : {&visibility, &sizes, &distances, &brightness})
+  if (statistics.has_silhouettes) statistics.histograms.push_back(visibility.histogram());
+  for (const Counter* counter : {&sizes, &distances, &brightness})
     statistics.histograms.push_back(counter->histogram());
 
   const auto warn = [&](uint64_t images, const std::string& what) {
@@ -104,7 +111,8 @@ Statistics count(const Description& description, const offline::FrameLines& line
     if (rescaled.contains(instance.number)) resized.push_back(instance.path);
   }
   if (!unseen.empty())
-    statistics.warnings.push_back(counted(unseen.size(), "instance") + " in no image: " + list_names(unseen));
+    statistics.warnings.push_back(counted(unseen.size(), "instance") +
+                                  " visible in no image: " + list_names(unseen));
   if (!resized.empty())
     statistics.warnings.push_back(counted(resized.size(), "instance") +
                                   " drawn in another size than the model: " + list_names(resized) +

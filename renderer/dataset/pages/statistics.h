@@ -15,7 +15,7 @@ namespace fire3dv::dataset {
 struct ObjectCounts {
   uint64_t labels = 0;             // in all images
   uint64_t images = 0;             // that show it
-  uint64_t truncated = 0;          // labels that touch the image's border
+  uint64_t truncated = 0;          // labels of which a part is outside of the image
   double least_m = 0, most_m = 0;  // distance along the camera's axis
 };
 
@@ -27,6 +27,7 @@ struct Histogram {
 
 struct Statistics {
   uint64_t images = 0, labels = 0, empty_images = 0;
+  bool has_silhouettes = false;                              // with visible shares and truncated labels
   std::map<uint32_t, ObjectCounts> objects;                  // by Object::id
   std::map<uint32_t, uint64_t> classes;                      // labels of each class
   std::map<std::string, std::array<uint64_t, 3>> keypoints;  // visible, hidden, outside

@@ -53,8 +53,27 @@ def looking_down(eye, down):
     return {"translation": list(eye), "rotation": [-np.sin(down / 2), 0, 0, np.cos(down / 2)]}
 
 
+#: Cubes before the camera "front", by name: centre and half of the edge. "near" hides a part of "far" and all of "hidden",
+#: "border" is cut by the image's right border, and "outside" is beyond it.
+CUBES = {"far": ((0, 0, 0), 12), "near": ((8, 4, 30), 9), "hidden": ((8, 3, 15), 2), "border": ((85, 0, 0), 10), "outside": ((200, 0, 0), 5)}
+
+
+def write_cubes(path, names):
+    write_bodies(path, [(name, cube(*CUBES[name]), [0.7, 0.7, 0.7], 1 + list(CUBES).index(name), {}) for name in names])
+
+
 def write_label_scene(path, keypoints=False, scale=1.0):
     """scale: of all lengths."""
+    bodies = [("red", cube(CENTRES["red"], CUBE_HALF), [0.8, 0.1, 0.1], 1, {}),
+              ("green", sphere(CENTRES["green"], SPHERE_RADIUS), [0.1, 0.7, 0.1], 2, {}),
+              ("blue", cube(CENTRES["blue"], CUBE_HALF), [0.1, 0.2, 0.8], 1, {}),
+              (SLAB, cube((0, 0, 0), 1), [0.6, 0.6, 0.6], 7,
+               {"translation": [0, -30, -40], "scale": [90, 2, 30], "rotation": [0, np.sin(0.1), 0, np.cos(0.1)]})]
+    write_bodies(path, bodies, keypoints, scale)
+
+
+def write_bodies(path, bodies, keypoints=False, scale=1.0):
+    """bodies: name, mesh, colour, class, more of the node. scale: of all lengths. keypoints: of "red" and "green", which come first."""
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
     def add(array, component, kind, **more):
@@ -65,11 +84,6 @@ def write_label_scene(path, keypoints=False, scale=1.0):
         binary += data + b"\0" * (-len(data) % 4)
         return len(accessors) - 1
 
-    bodies = [("red", cube(CENTRES["red"], CUBE_HALF), [0.8, 0.1, 0.1], 1, {}),
-              ("green", sphere(CENTRES["green"], SPHERE_RADIUS), [0.1, 0.7, 0.1], 2, {}),
-              ("blue", cube(CENTRES["blue"], CUBE_HALF), [0.1, 0.2, 0.8], 1, {}),
-              (SLAB, cube((0, 0, 0), 1), [0.6, 0.6, 0.6], 7,
-               {"translation": [0, -30, -40], "scale": [90, 2, 30], "rotation": [0, np.sin(0.1), 0, np.cos(0.1)]})]
     for name, (positions, normals, indices), colour, semantic, place in bodies:
         positions = np.array(positions, "<f4")
         if "scale" not in place:
