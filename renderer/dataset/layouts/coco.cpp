@@ -1,77 +1,32 @@
 #include "renderer/dataset/layouts/coco.h"
 
-#include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/dataset/layouts/categories.h"
 
 namespace fire3dv::dataset {
 namespace {
 
 using nlohmann::ordered_json;
 
-// Classes of the scene; the objects themselves if it has none.
-class Categories {
- public:
-  explicit Categories(const Description& description) : description_(description) {
-    has_classes_ = std::any_of(description.instances.begin(), description.instances.end(),
-                               [](const Instance& instance) { return instance.semantic != 0; });
-    for (const Instance& instance : description.instances) {
-      const uint32_t id = category_of(instance);
-      if (id == 0) continue;
-      Category& category = categories_[id];
-      category.names.push_back(instance.name.empty() ? description.objects[instance.object].name
-                                                     : instance.name);
-      for (const Keypoint& point : description.keypoints) {
-        auto& points = category.points;
-        if (point.instance == instance.number &&
-            std::find(points.begin(), points.end(), point.name) == points.end())
-          points.push_back(point.name);
-      }
+ordered_json categories_json(const Categories& categories) {
+  ordered_json list = ordered_json::array();
+  for (const uint32_t id : categories.ids()) {
+    ordered_json each;
+    each["id"] = id;
+    each["name"] = categories.name_of(id);
+    each["supercategory"] = "";
+    if (const std::vector<std::string>& points = categories.points_of(id); !points.empty()) {
+      each["keypoints"] = ordered_json::array();
+      for (const std::string& name : points) each["keypoints"].push_back(printable_text(name, 200));
+      each["skeleton"] = ordered_json::array();
     }
+    list.push_back(std::move(each));
   }
-
-  // 0: not annotated.
-  uint32_t category_of(const Instance& instance) const {
-    return has_classes_ ? instance.semantic : description_.objects[instance.object].id;
-  }
-  // Names of the points of a category, in the order of annotations.
-  const std::vector<std::string>& points_of(uint32_t category) const {
-    return categories_.at(category).points;
-  }
-
-  ordered_json json() const {
-    ordered_json list = ordered_json::array();
-    for (const auto& [id, category] : categories_) {
-      ordered_json each;
-      each["id"] = id;
-      // A class of several bodies has no name in the scene.
-      each["name"] = printable_text(category.names.size() == 1
-                                        ? category.names.front()
-                                        : (has_classes_ ? "class " : "object ") + std::to_string(id),
-                                    200);
-      each["supercategory"] = "";
-      if (!category.points.empty()) {
-        each["keypoints"] = ordered_json::array();
-        for (const std::string& name : category.points)
-          each["keypoints"].push_back(printable_text(name, 200));
-        each["skeleton"] = ordered_json::array();
-      }
-      list.push_back(std::move(each));
-    }
-    return list;
-  }
-
- private:
-  struct Category {
-    std::vector<std::string> names, points;
-  };
-  const Description& description_;
-  bool has_classes_ = false;
-  std::map<uint32_t, Category> categories_;
-};
+  return list;
+}
 
 // x, y and 2 (visible), 1 (hidden) or 0 (outside) of each point.
 void add_keypoints(const ordered_json& line, uint32_t instance, const std::vector<std::string>& names,
@@ -165,7 +120,7 @@ Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Des
       {"id", 1}, {"name", description.license.empty() ? "not stated" : description.license}, {"url", ""}};
   return write_text(folder / "annotations.json",
                     "{\"info\":" + info.dump() + ",\n\"licenses\":[" + license.dump() +
-                        "],\n\"categories\":" + categories.json().dump() + ",\n\"images\":" +
+                        "],\n\"categories\":" + categories_json(categories).dump() + ",\n\"images\":" +
                         json_list(images) + ",\n\"annotations\":" + json_list(annotations) + "}\n");
 }
 

@@ -6,12 +6,14 @@
 #include "renderer/dataset/layouts/bop.h"
 #include "renderer/dataset/layouts/coco.h"
 #include "renderer/dataset/layouts/sequence.h"
+#include "renderer/dataset/layouts/yolo.h"
 
 namespace fire3dv::dataset {
 
 std::unique_ptr<Layout> make_layout(const std::string& format) {
   if (format == "bop") return std::make_unique<BopLayout>();
   if (format == "coco") return std::make_unique<CocoLayout>();
+  if (format == "yolo") return std::make_unique<YoloLayout>();
   if (format == "c3vd") return std::make_unique<C3vdLayout>();
   if (format == "folder") return std::make_unique<FolderLayout>();
   return nullptr;

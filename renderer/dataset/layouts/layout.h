@@ -44,7 +44,7 @@ class Layout {
   virtual std::string conventions(const Description& description) const = 0;
 };
 
-constexpr const char* kFormats = "bop|coco|c3vd|folder";
+constexpr const char* kFormats = "bop|coco|yolo|c3vd|folder";
 // Null: there is no such format.
 std::unique_ptr<Layout> make_layout(const std::string& format);
 

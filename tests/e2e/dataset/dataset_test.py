@@ -358,6 +358,19 @@ def hidden_parts_count(test):
         check((0.2 < each["visibility"] < 0.8) == (name == "far") and each["truncated"] == label["truncated"], f"{each}")
     check(not annotations, f"{annotations}")
 
+    # YOLO: classes 1, 2 and 4 of five are seen, and are numbered from 0.
+    yolo = run_cubes("yolo", list(CUBES))
+    with open(os.path.join(yolo, "data.yaml"), encoding="utf-8") as file:
+        check([f'  {i}: "{name}"' for i, name in enumerate(CUBES)] == file.read().splitlines()[-5:], "data.yaml")
+    wanted = []
+    for index, name in enumerate(CUBES):
+        if name in listed and visible[name].any():
+            left, top, width, height = box_of(visible[name])
+            wanted.append([index, (left + width / 2) / SIZE[0], (top + height / 2) / SIZE[1], width / SIZE[0], height / SIZE[1]])
+    boxes = np.loadtxt(os.path.join(yolo, "labels", "train", "000000.txt"))
+    check(boxes.shape == (3, 5) and np.allclose(boxes, wanted, atol=1e-7), f"{boxes} are not {wanted}")
+    check(read_color(os.path.join(yolo, "images", "train", "000000.png")).shape[:2] == SIZE[::-1], "the image's size")
+
 
 def bad_input(test):
     out, scene = test.path("nowhere"), scene_of(test)
@@ -365,7 +378,7 @@ def bad_input(test):
     open(plain, "w").close()
     for arguments, code, sentence in (
             ([], 2, "name a recording or a scene first"),
-            ([scene, "--out", out], 2, "--format: name one of: bop coco c3vd folder"),
+            ([scene, "--out", out], 2, "--format: name one of: bop coco yolo c3vd folder"),
             ([scene, "--out", out, "--format", "png"], 2, "--format"),
             ([scene, "--format", "bop"], 2, "--out: name a folder"),
             ([scene, "--format", "bop", "--out", out, "--shard", "2/1"], 2, "--shard 2/1"),
