@@ -25,7 +25,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr size_t kMaxAnswerBytes = 1 << 20;
 
-[[noreturn]] void run_child(const std::function<nlohmann::json()>& experiment, int answer_fd) {
+[[noreturn]] void run_child(const std::function<nlohmann::json()>& experiment, int pipe_fd) {
+  // Where standard files are closed, the pipe took one of their numbers.
+  const int answer_fd =
+      pipe_fd > STDERR_FILENO ? pipe_fd : ::fcntl(pipe_fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const rlimit no_core{0, 0};

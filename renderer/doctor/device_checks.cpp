@@ -10,6 +10,8 @@ namespace fire3dv::doctor {
 namespace {
 
 constexpr const char* kUnset = "unset VK_DRIVER_FILES VK_ICD_FILENAMES";
+constexpr const char* kInstallDriver =
+    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from pip: pip install fire3dv-cpu";
 
 std::string title(const DeviceFacts& device) {
   return "device " + std::to_string(device.index) + " (" + device.name + ")";
@@ -71,7 +73,9 @@ std::vector<Finding> check_devices(const Facts& facts) {
     return check_listing(facts);
   if (facts.devices.empty())
     return {{Level::error, "no driver lists a Vulkan device, so nothing can draw",
-             facts.replaces_drivers() ? kUnset : "sudo apt-get install mesa-vulkan-drivers"}};
+             facts.replaces_drivers() ? kUnset
+             : facts.has_few_files()  ? "ulimit -n 1024"
+                                      : kInstallDriver}};
   std::vector<Finding> findings;
   if (facts.chosen)
     findings.push_back(

@@ -114,11 +114,26 @@ nlohmann::json probe_loader() {
 }
 
 nlohmann::json probe_library(const std::string& library) {
-  if (!::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+  void* const driver = ::dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!driver) {
     const char* const reason = ::dlerror();
     throw std::runtime_error(reason ? reason : "dlopen failed");
   }
-  return true;
+  // Vulkan's interface of loaders and drivers: version 5 is that of loaders for Vulkan 1.1 and newer.
+  using Negotiate = VkResult (*)(uint32_t * version);
+  uint32_t version = 5;
+  if (void* const negotiate = ::dlsym(driver, "vk_icdNegotiateLoaderICDInterfaceVersion"))
+    reinterpret_cast<Negotiate>(negotiate)(&version);
+  void* find = ::dlsym(driver, "vk_icdGetInstanceProcAddr");
+  if (!find) find = ::dlsym(driver, "vkGetInstanceProcAddr");
+  if (find && reinterpret_cast<PFN_vkGetInstanceProcAddr>(find)(nullptr, "vkCreateInstance")) return true;
+  std::string missing;
+  for (const char* name : {"libEGL.so.1", "libGLdispatch.so.0", "libX11.so.6", "libXext.so.6"}) {
+    if (!::dlopen(name, RTLD_NOW | RTLD_LOCAL)) missing += std::string(missing.empty() ? "" : ", ") + name;
+  }
+  const bool is_of_nvidia = library.find("_nvidia.so") != std::string::npos;
+  throw std::runtime_error("it has no vkCreateInstance" +
+                           (is_of_nvidia && !missing.empty() ? " without " + missing : ""));
 }
 
 nlohmann::json probe_devices() {

@@ -11,7 +11,8 @@ namespace fire3dv::doctor {
 // Version and file of the Vulkan loader: {"version", "file"}.
 nlohmann::json probe_loader();
 
-// Loads a shared library by dlopen(); the exception has the text of dlerror().
+// Loads a driver's library as the Vulkan loader does. The exception has the text of dlerror(), or says that
+// there is no vkCreateInstance, and which libraries are missing that NVIDIA's driver loads for it.
 nlohmann::json probe_library(const std::string& library);
 
 // All devices, and "chosen": the index of the one that fire3dv takes by itself, or null.

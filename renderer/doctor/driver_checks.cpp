@@ -5,11 +5,14 @@
 
 #include "base/text.h"
 #include "renderer/doctor/check.h"
+#include "renderer/doctor/driver_manifests.h"
 
 namespace fire3dv::doctor {
 namespace {
 
-constexpr const char* kInstallMesa = "sudo apt-get install mesa-vulkan-drivers";
+constexpr const char* kInstallMesa =
+    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from pip: pip install fire3dv-cpu";
+constexpr const char* kMoreFiles = "ulimit -n 1024";
 constexpr const char* kContainerLine =
     "docker run --runtime=nvidia --gpus all -e NVIDIA_DRIVER_CAPABILITIES=all IMAGE";
 
@@ -30,7 +33,7 @@ std::vector<Finding> check_loader(const Facts& facts) {
   const LoaderFacts& loader = facts.loader;
   if (!loader.fault.empty())
     return {{Level::error, "there is no usable Vulkan loader: " + loader.fault,
-             "sudo apt-get install libvulkan1 mesa-vulkan-drivers"}};
+             "sudo apt-get install --reinstall libvulkan1 mesa-vulkan-drivers"}};
   if (loader.version < make_version(1, 3, 0))
     return {{Level::error, "the Vulkan loader " + version_text(loader.version) + " is older than 1.3",
              "sudo apt-get install libvulkan1"}};
@@ -110,11 +113,19 @@ std::string package_of(const std::string& library) {
 }
 
 std::string install_line(const ManifestFacts& manifest, const Facts& facts) {
+  if (contains(manifest.load.detail, "Too many open files")) return kMoreFiles;
+  // libegl1 depends on libglvnd0, and libxext6 on libx11-6.
+  if (contains(manifest.load.detail, "no vkCreateInstance without "))
+    return std::string("sudo apt-get install libegl1") +
+           (contains(manifest.load.detail, "libX") ? " libxext6" : "");
   const std::string missing = missing_library(manifest.load.detail, manifest.library);
   const std::string package = package_of(missing);
   if (!package.empty()) return "sudo apt-get install " + package;
   if (is_of_nvidia(manifest) && facts.container) return kContainerLine;
-  return "ldd " + manifest.library;
+  if (contains(manifest.library, "/")) return "ldd " + library_to_load(manifest);
+  if (manifest.library.starts_with("libvulkan_"))
+    return "sudo apt-get install --reinstall mesa-vulkan-drivers";
+  return "ldconfig -p | grep " + manifest.library;
 }
 
 std::vector<Finding> check_manifests(const Facts& facts) {

@@ -89,6 +89,8 @@ struct PortFacts {
 struct Facts {
   std::map<std::string, std::string> environment;  // the variables that are set
 
+  // Why no child process can be started; then nothing of drivers and devices is known. Empty: it can.
+  std::string experiments_fault;
   LoaderFacts loader;
   std::vector<ManifestFacts> manifests;
   std::vector<LayerFacts> implicit_layers;  // active ones
@@ -118,8 +120,12 @@ struct Facts {
 
   uint64_t open_files_limit = 0;     // soft limits
   uint64_t locked_memory_bytes = 0;  // UINT64_MAX: unlimited
+  uint64_t address_space_bytes = UINT64_MAX;
   std::vector<PortFacts> ports;
 
+  // Drivers, links and 64 peers need these.
+  static constexpr uint64_t kOpenFiles = 256;
+  bool has_few_files() const { return open_files_limit < kOpenFiles; }
   // True if variables replace the drivers of the system.
   bool replaces_drivers() const {
     return !variable("VK_DRIVER_FILES").empty() || !variable("VK_ICD_FILENAMES").empty();

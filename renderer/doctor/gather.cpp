@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "protocol/transport/core/address.h"
+#include "renderer/doctor/check.h"
 #include "renderer/doctor/child.h"
 #include "renderer/doctor/device_probes.h"
 #include "renderer/doctor/driver_manifests.h"
@@ -127,6 +128,11 @@ Facts gather_facts(const Addresses& addresses, Milliseconds limit) {
   gather_system_facts(facts);
   for (const uint32_t vendor : gpu::graphics_vendors_present())
     facts.gpu_vendors.emplace_back(vendor_name(vendor));
+  const Trial nothing = run_in_child([] { return nlohmann::json(); }, limit).trial;
+  if (!nothing.passed()) {
+    facts.experiments_fault = nothing.outcome == Outcome::failed ? nothing.detail : describe(nothing);
+    return facts;
+  }
   gather_drivers(facts, limit);
   gather_devices(facts, limit);
   gather_cuda(facts, limit);

@@ -84,11 +84,15 @@ bool is_word_character(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
 }
 
-void replace_words(std::string& text, const std::string& word, std::string_view by) {
+// in_names: also as a part of longer names: "ada" in "ada-2", "lab" in "lab.example.org".
+void replace_words(std::string& text, const std::string& word, std::string_view by, bool in_names) {
+  const auto belongs = [&](char c) {
+    return in_names ? std::isalnum(static_cast<unsigned char>(c)) != 0 : is_word_character(c);
+  };
   if (word.empty()) return;
   for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
-    const bool begins = at == 0 || !is_word_character(text[at - 1]);
-    const bool ends = at + word.size() == text.size() || !is_word_character(text[at + word.size()]);
+    const bool begins = at == 0 || !belongs(text[at - 1]);
+    const bool ends = at + word.size() == text.size() || !belongs(text[at + word.size()]);
     if (begins && ends) text.replace(at, word.size(), by);
     at += begins && ends ? by.size() : word.size();
   }
@@ -166,30 +170,39 @@ PrivateWords private_words(const Facts& facts) {
     if (!word.empty() && word != "/" && std::find(list.begin(), list.end(), word) == list.end())
       list.push_back(word);
   };
-  add(words.homes, facts.variable("HOME"));
+  const auto add_home = [&](std::string folder) {
+    while (folder.ends_with('/')) folder.pop_back();
+    add(words.homes, folder);
+  };
+  add_home(facts.variable("HOME"));
   for (const char* name : {"USER", "LOGNAME", "SUDO_USER"}) add(words.users, facts.variable(name));
   if (const passwd* const user = ::getpwuid(::getuid())) {
     add(words.users, user->pw_name);
-    add(words.homes, user->pw_dir);
+    add_home(user->pw_dir);
   }
   std::erase(words.users, "root");  // everybody's
   std::array<char, 256> host{};
-  if (::gethostname(host.data(), host.size() - 1) == 0) add(words.hosts, host.data());
+  if (::gethostname(host.data(), host.size() - 1) == 0) {
+    const std::string name = host.data();
+    add(words.hosts, name);
+    add(words.hosts, name.substr(0, name.find('.')));
+  }
   std::erase(words.hosts, "localhost");
   return words;
 }
 
 std::string redacted(std::string text, const PrivateWords& words) {
-  for (const std::string& home : words.homes) replace_words(text, home, "~");
+  for (const std::string& home : words.homes) replace_words(text, home, "~", false);
   // Folders of other users, in whole.
   for (size_t at = text.find("/home/"); at != std::string::npos; at = text.find("/home/", at + 1)) {
     const size_t begin = at + std::string_view("/home/").size();
     size_t end = begin;
-    while (end < text.size() && is_word_character(text[end])) ++end;
+    while (end < text.size() && std::string_view("/:;,\"' \n)").find(text[end]) == std::string_view::npos)
+      ++end;
     text.replace(begin, end - begin, "USER");
   }
-  for (const std::string& user : words.users) replace_words(text, user, "USER");
-  for (const std::string& host : words.hosts) replace_words(text, host, "HOST");
+  for (const std::string& user : words.users) replace_words(text, user, "USER", true);
+  for (const std::string& host : words.hosts) replace_words(text, host, "HOST", true);
   return text;
 }
 

@@ -11,6 +11,13 @@ std::string mebibytes(uint64_t bytes) {
   return std::to_string(bytes >> 20) + " MiB";
 }
 
+std::vector<Finding> check_experiments(const Facts& facts) {
+  if (facts.experiments_fault.empty()) return {};
+  const bool needs_files = facts.experiments_fault.find("Too many open files") != std::string::npos;
+  return {{Level::error, "drivers and devices cannot be tried: " + facts.experiments_fault,
+           needs_files ? "ulimit -n 1024" : "ulimit -u 1024"}};
+}
+
 std::vector<Finding> check_nodes(const Facts& facts) {
   std::vector<Finding> findings;
   for (const std::vector<NodeFacts>& nodes : {facts.render_nodes, facts.nvidia_nodes}) {
@@ -93,11 +100,10 @@ std::vector<Finding> check_display(const Facts& facts) {
 }
 
 std::vector<Finding> check_open_files(const Facts& facts) {
-  constexpr uint64_t kEnough = 256;
-  if (facts.open_files_limit < kEnough)
+  if (facts.has_few_files())
     return {{Level::warning,
              "this process may open only " + std::to_string(facts.open_files_limit) +
-                 " files: drivers, links and 64 peers need 256",
+                 " files: drivers, links and 64 peers need " + std::to_string(Facts::kOpenFiles),
              "ulimit -n 1024"}};
   return {{Level::ok, "this process may open " + std::to_string(facts.open_files_limit) + " files", ""}};
 }
@@ -109,6 +115,15 @@ std::vector<Finding> check_locked_memory(const Facts& facts) {
            "this process may lock only " + std::to_string(facts.locked_memory_bytes >> 10) +
                " KiB of memory: FIRE-3DV locks none, but GPU drivers may",
            "ulimit -l 65536"}};
+}
+
+std::vector<Finding> check_address_space(const Facts& facts) {
+  constexpr uint64_t kEnough = uint64_t{16} << 30;
+  if (facts.address_space_bytes >= kEnough) return {};
+  return {{Level::warning,
+           "this process may use only " + mebibytes(facts.address_space_bytes) +
+               " of address space (ulimit -v): drivers reserve several GiB, and may crash",
+           "ulimit -v unlimited"}};
 }
 
 std::vector<Finding> check_ports(const Facts& facts) {
@@ -125,6 +140,7 @@ std::vector<Finding> check_ports(const Facts& facts) {
 }
 
 constexpr Check kSystemChecks[] = {
+    {"experiments", check_experiments},
     {"device-nodes", check_nodes},
     {"shared-memory", check_shared_memory},
     {"home", check_home},
@@ -132,6 +148,7 @@ constexpr Check kSystemChecks[] = {
     {"display", check_display},
     {"open-files", check_open_files},
     {"locked-memory", check_locked_memory},
+    {"address-space", check_address_space},
     {"ports", check_ports},
 };
 

@@ -159,9 +159,7 @@ void gather_display(Facts& facts, const path& root) {
   // ":0" and ":0.0" are sockets of this machine; other displays are reached over the network.
   if (!x11.starts_with(':')) return;
   const std::string number = x11.substr(1, x11.find('.') - 1);
-  const std::string fault = connect_fault(root / ("tmp/.X11-unix/X" + number));
-  std::error_code ignored;
-  facts.display_fault = fault;
+  facts.display_fault = connect_fault(root / ("tmp/.X11-unix/X" + number));
 }
 
 void gather_limits(Facts& facts) {
@@ -170,6 +168,8 @@ void gather_limits(Facts& facts) {
     facts.open_files_limit = limit.rlim_cur == RLIM_INFINITY ? UINT64_MAX : limit.rlim_cur;
   if (::getrlimit(RLIMIT_MEMLOCK, &limit) == 0)
     facts.locked_memory_bytes = limit.rlim_cur == RLIM_INFINITY ? UINT64_MAX : limit.rlim_cur;
+  if (::getrlimit(RLIMIT_AS, &limit) == 0)
+    facts.address_space_bytes = limit.rlim_cur == RLIM_INFINITY ? UINT64_MAX : limit.rlim_cur;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "renderer/loading/disk_caches.h"
 
 #include <algorithm>
+#include <atomic>
 #include <system_error>
 #include <utility>
 
@@ -92,6 +93,8 @@ std::optional<std::filesystem::path> user_folder(const std::function<const char*
 }  // namespace
 
 void log_cache_error(const Error& error) {
+  static std::atomic_flag reported;  // a read-only folder fails once for each kind of file
+  if (reported.test_and_set()) return;
   log_message(warning("cache: " + error.message +
                       "; the next start will be as slow as this one (--cache names another folder)"));
 }

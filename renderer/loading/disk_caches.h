@@ -24,7 +24,7 @@
 
 namespace fire3dv::app {
 
-// Reports a cache error, which only costs time.
+// Reports the process's first cache error, which only costs time. Thread-safe.
 void log_cache_error(const Error& error);
 
 // --- cache files: key, checksum and data; a read returns exactly the written bytes or an error ---

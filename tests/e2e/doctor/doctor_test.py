@@ -75,7 +75,7 @@ def no_loader(machine):
     machine.write("libvulkan.so.1", "no library")
     machine.env["LD_LIBRARY_PATH"] = machine.folder
     found = machine.findings(status=1)
-    expect(found, "loader", "error", "no usable Vulkan loader: .*libvulkan.so.1: ", "apt-get install libvulkan1")
+    expect(found, "loader", "error", "no usable Vulkan loader: .*libvulkan.so.1: ", "apt-get install --reinstall libvulkan1")
     assert [name for name, each in found.items() if each["level"] == "error"] == ["loader"], found
     done = subprocess.run([FIRE3DV, "--list-devices"], capture_output=True, text=True, timeout=HANG_S, env=machine.env, check=False)
     assert done.returncode == 1 and "there is no usable Vulkan loader (" in done.stderr, done
@@ -101,7 +101,8 @@ def broken_manifest(machine):
 
 def missing_library(machine):
     machine.env["VK_DRIVER_FILES"] = machine.manifest("libno-such-driver.so.1")
-    expect(machine.findings(status=1), "driver-manifests", "error", "libno-such-driver.so.1: cannot open shared object file", "ldd")
+    expect(machine.findings(status=1), "driver-manifests", "error", "libno-such-driver.so.1: cannot open shared object file",
+           "ldconfig -p")
 
 
 def no_library_at_all(machine):
@@ -181,6 +182,23 @@ def few_files(machine):
     expect(found, "locked-memory", "note", "only 0 KiB")
 
 
+def no_experiments(machine):
+    machine.fake()
+    found = machine.findings(status=1, prefix=("sh", "-c", 'ulimit -n 4; exec "$@"', "sh"))
+    expect(found, "experiments", "error", "cannot be tried: .*Too many open files", "ulimit -n")
+    assert [name for name, each in found.items() if each["level"] == "error"] == ["experiments"], found
+
+
+def closed_files(machine):
+    machine.fake()
+    machine.findings(status=0, prefix=("sh", "-c", 'exec "$@" <&- 2>&-', "sh"))
+
+
+def driver_without_instance(machine):
+    machine.fake("no_instance")
+    expect(machine.findings(status=1), "driver-manifests", "error", "fails: it has no vkCreateInstance$", "ldd")
+
+
 def port_in_use(machine):
     machine.fake()
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -246,7 +264,7 @@ def read_only_home(machine):
 
 CASES = [good, no_loader, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, port_in_use, foreign_layer, report_for_an_issue, usage, small_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, usage, small_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:

@@ -1,6 +1,7 @@
 /* Vulkan driver of the doctor's tests: one device that draws nothing but a cleared image, and breaks as the
  * environment variable FIRE3DV_FAKE_DRIVER says:
- *   crash_on_load, hang_in_listing, crash_in_listing, hang_in_wait, wrong_pixels, crash_in_rays, old_mesa.
+ *   crash_on_load, no_instance, hang_in_listing, crash_in_listing, hang_in_wait, wrong_pixels, crash_in_rays,
+ *   old_mesa.
  * Without it the device works. */
 #define _GNU_SOURCE
 #include <signal.h>
@@ -388,6 +389,7 @@ static PFN_vkVoidFunction device_function(VkDevice device, const char* name) {
 }
 PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char* name) {
   (void)instance;
+  if (is_broken("no_instance") && strcmp(name, "vkCreateInstance") == 0) return NULL;
   if (strcmp(name, "vkGetDeviceProcAddr") == 0) return (PFN_vkVoidFunction)device_function;
   if (strstr(name, "Surface") || strstr(name, "Swapchain") || strstr(name, "Display")) return NULL;
   return find(name);

@@ -33,7 +33,31 @@ TEST(DriverChecks, AMissingLoaderIsTheFirstError) {
   facts.devices.clear();
   facts.chosen.reset();
   EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"loader"});
-  EXPECT_TRUE(mentions(fault(facts, "loader").fix, "apt-get install libvulkan1"));
+  EXPECT_TRUE(mentions(fault(facts, "loader").fix, "apt-get install --reinstall libvulkan1"));
+}
+
+TEST(DriverChecks, WithoutExperimentsThatIsTheOnlyError) {
+  Facts facts = good_machine();
+  facts.experiments_fault = "no process can be started: Resource temporarily unavailable";
+  facts.loader = {};
+  facts.manifests.clear();
+  facts.devices.clear();
+  facts.chosen.reset();
+  facts.cuda = {};
+  EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"experiments"});
+  EXPECT_TRUE(mentions(fault(facts, "experiments").fix, "ulimit -u"));
+  facts.experiments_fault = "no pipe can be opened: Too many open files";
+  EXPECT_TRUE(mentions(fault(facts, "experiments").fix, "ulimit -n"));
+}
+
+TEST(DriverChecks, DriversThatLackFilesNeedNoPackage) {
+  Facts facts = software_machine();
+  facts.open_files_limit = 5;
+  facts.manifests[0].load = {Outcome::failed, "lvp.so: cannot open shared object file: Too many open files"};
+  facts.devices.clear();
+  facts.chosen.reset();
+  EXPECT_EQ(fault(facts, "driver-manifests").fix, "ulimit -n 1024");
+  EXPECT_EQ(fault(facts, "devices").fix, "ulimit -n 1024");
 }
 
 TEST(DriverChecks, AnOldLoaderIsAnError) {
@@ -47,6 +71,7 @@ TEST(DriverChecks, NoManifestIsAnError) {
   facts.manifests.clear();
   EXPECT_EQ(fault(facts, "driver-manifests").level, Level::error);
   EXPECT_TRUE(mentions(fault(facts, "driver-manifests").fix, "mesa-vulkan-drivers"));
+  EXPECT_TRUE(mentions(fault(facts, "driver-manifests").fix, "pip install fire3dv-cpu"));
 }
 
 TEST(DriverChecks, ALibraryThatDoesNotLoadIsNamedWithItsReason) {
@@ -56,6 +81,9 @@ TEST(DriverChecks, ALibraryThatDoesNotLoadIsNamedWithItsReason) {
   const Finding one = fault(facts, "driver-manifests");
   EXPECT_EQ(one.level, Level::warning);
   EXPECT_TRUE(mentions(one.text, "lvp_icd.json") && mentions(one.text, "libLLVM-15.so.1")) << one.text;
+  EXPECT_TRUE(mentions(one.fix, "--reinstall mesa-vulkan-drivers")) << one.fix;
+  facts.manifests[1].library = "../lib/lvp.so";
+  EXPECT_EQ(fault(facts, "driver-manifests").fix, "ldd /usr/share/vulkan/icd.d/../lib/lvp.so");
   facts.manifests.erase(facts.manifests.begin());
   EXPECT_EQ(fault(facts, "driver-manifests").level, Level::error);
   facts.manifests[0].load = {Outcome::crashed, "SIGSEGV"};
@@ -147,6 +175,12 @@ TEST(DriverChecks, ALibraryThatNvidiasDriverMissesGetsItsPackage) {
        "",
        {Outcome::failed, "libXext.so.6: cannot open shared object file: No such file"}});
   EXPECT_EQ(fault(facts, "nvidia-without-vulkan").fix, "sudo apt-get install libxext6");
+  facts.manifests.back().load.detail = "it has no vkCreateInstance without libEGL.so.1, libGLdispatch.so.0";
+  EXPECT_EQ(fault(facts, "nvidia-without-vulkan").fix, "sudo apt-get install libegl1");
+  EXPECT_TRUE(
+      mentions(fault(facts, "nvidia-without-vulkan").text, "no vkCreateInstance without libEGL.so.1"));
+  facts.manifests.back().load.detail = "it has no vkCreateInstance without libEGL.so.1, libX11.so.6";
+  EXPECT_EQ(fault(facts, "driver-manifests").fix, "sudo apt-get install libegl1 libxext6");
   facts.manifests.back().load.detail = "libGLX_nvidia.so.0: cannot open shared object file: No such file";
   EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").fix, "NVIDIA_DRIVER_CAPABILITIES=all"));
   facts.manifests.back().load = {Outcome::passed, ""};

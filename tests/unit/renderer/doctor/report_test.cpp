@@ -42,6 +42,14 @@ TEST(Report, NamesOfUsersAndHostsAreReplaced) {
   EXPECT_EQ(redacted("/home/ada/.cache, /data/ada/x, /home/bob/y, /srv/ada/z", words),
             "~/.cache, ~/x, /home/USER/y, /srv/USER/z");
   EXPECT_EQ(redacted("ada@lab-7 in adapter of lab-70", words), "USER@HOST in adapter of lab-70");
+  EXPECT_EQ(redacted("/tmp/ada_2/x, lab-7.example.org:0, /home/bob@corp.org/y", words),
+            "/tmp/USER_2/x, HOST.example.org:0, /home/USER/y");
+}
+
+TEST(Report, AHomeWithASlashAtItsEndIsReplaced) {
+  Facts facts = good_machine();
+  facts.environment["HOME"] = "/data/groups/ada/";
+  EXPECT_EQ(redacted("/data/groups/ada/.cache", private_words(facts)), "~/.cache");
 }
 
 TEST(Report, TheFileHasTheVariablesThatMatter) {

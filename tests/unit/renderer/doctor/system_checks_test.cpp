@@ -64,6 +64,8 @@ TEST(SystemChecks, LowLimitsAreNamed) {
   facts.locked_memory_bytes = 0;
   EXPECT_TRUE(mentions(fault(facts, "open-files").text, "may open only 40 files"));
   EXPECT_EQ(fault(facts, "locked-memory").level, Level::note);
+  facts.address_space_bytes = uint64_t{400} << 20;
+  EXPECT_TRUE(mentions(fault(facts, "address-space").text, "only 400 MiB of address space"));
 }
 
 TEST(SystemChecks, APortInUseIsAnError) {

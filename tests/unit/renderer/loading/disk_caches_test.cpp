@@ -23,6 +23,15 @@ CacheLocations places(std::string_view wanted, const std::map<std::string, const
   });
 }
 
+TEST(DiskCaches, AReadOnlyFolderIsReportedOnce) {
+  testing::internal::CaptureStderr();
+  log_cache_error(Error{"cannot make the folder \"/ro/environments\""});
+  log_cache_error(Error{"cannot make the folder \"/ro/scenes\""});
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("/ro/environments"), std::string::npos) << said;
+  EXPECT_EQ(said.find("/ro/scenes"), std::string::npos) << said;
+}
+
 TEST(CacheLocations, FollowTheXdgSpecification) {
   CacheLocations found = places("auto", {{"XDG_CACHE_HOME", "/var/cache/me"}, {"HOME", "/home/me"}});
   EXPECT_EQ(found.pipelines, fs::path("/var/cache/me/fire3dv/pipelines"));
