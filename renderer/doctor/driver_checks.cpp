@@ -47,6 +47,13 @@ std::vector<Finding> check_driver_variables(const Facts& facts) {
   std::vector<Finding> findings;
   for (const char* name :
        {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"}) {  // the second has no effect beside the first
+    // Loaders of 1.3 take an empty variable for a list of no drivers.
+    if (facts.environment.contains(name) && facts.variable(name).empty() && facts.loader.fault.empty() &&
+        facts.devices.empty())
+      findings.push_back(
+          {Level::error,
+           std::string("the environment variable ") + name + " is set, but empty, which can hide all drivers",
+           "unset VK_DRIVER_FILES VK_ICD_FILENAMES"});
     if (facts.variable(name).empty()) continue;
     const bool any = std::any_of(facts.manifests.begin(), facts.manifests.end(),
                                  [&](const ManifestFacts& m) { return m.variable == name; });

@@ -111,6 +111,11 @@ TEST(DriverChecks, DriverVariablesThatLeadNowhereAreErrors) {
   facts.environment["VK_DRIVER_FILES"] = ":";
   facts.manifests.clear();
   EXPECT_TRUE(mentions(fault(facts, "driver-variables").text, "names no driver manifest"));
+  facts.environment["VK_DRIVER_FILES"] = "";
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::ok);
+  facts.devices.clear();
+  facts.chosen.reset();
+  EXPECT_TRUE(mentions(fault(facts, "driver-variables").text, "VK_DRIVER_FILES is set, but empty"));
   facts.environment["VK_DRIVER_FILES"] = "/lvp.json";
   facts.manifests = {{"/lvp.json", "VK_DRIVER_FILES", "lvp.so", "", {Outcome::passed, ""}}};
   EXPECT_EQ(fault(facts, "driver-variables").level, Level::note);
