@@ -14,7 +14,6 @@ FIRE3DV_SHARED_BEGIN
 // Specialisation constant after those of bindings.h: diffuse rays are traced. Their code takes registers from
 // all rays.
 #define FIRE3DV_VARIANT_BOUNCES 6
-#define FIRE3DV_VARIANT_RAY_EFFECTS_COUNT 6
 
 // Result of a visible surface in a pixel, stored at the first sample that shows the surface. Half floats.
 struct RayEffectRecord {

@@ -62,8 +62,8 @@ void RayEffectsPass::use_pipeline(const GpuScene& scene, bool bounces) {
   const Variant wanted{RayVariant::of(scene), bounces};
   if ((pipeline_ || ray_pipeline_) && wanted == variant_) return;
   variant_ = wanted;
-  std::array<uint32_t, FIRE3DV_VARIANT_RAY_EFFECTS_COUNT> constants{};
   static_assert(FIRE3DV_VARIANT_BOUNCES == FIRE3DV_VARIANT_COUNT);
+  std::array<uint32_t, FIRE3DV_VARIANT_BOUNCES + 1> constants{};
   std::ranges::copy(wanted.scene.shader.constants(), constants.begin());
   constants[FIRE3DV_VARIANT_BOUNCES] = wanted.bounces ? 1 : 0;
   const std::string name = std::string(wanted.scene.extensions ? "ray_effects" : "ray_effects_core") +

@@ -163,8 +163,7 @@ TEST_F(Labels, LimitOfAlphaAloneDecides) {
   };
   const glm::dvec3 film(-0.7, 0, 1.1), glass(0.7, 0, 1.1);
   for (const bool refracts : {false, true}) {
-    const wire::ImageOutputs labels(wire::kInstanceU32 | wire::kDepthF32);
-    const wire::ImageOutputs outputs(labels.bits() | (refracts ? 0 : uint32_t{wire::kColorSrgb8}));
+    const wire::ImageOutputs outputs(wire::kColorSrgb8 | wire::kInstanceU32 | wire::kDepthF32);
     for (const uint32_t samples : {1u, 4u}) {
       for (const float alpha : {0.3f, 0.7f}) {
         SCOPED_TRACE(std::to_string(alpha) + ", samples " + std::to_string(samples));
