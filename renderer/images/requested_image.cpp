@@ -15,21 +15,30 @@ RequestedImage::RequestedImage(const ReadbackViews& readback, uint32_t view, wir
   const uint32_t width = readback.width, height = readback.height;
   const size_t pixels = size_t{width} * height;
   const size_t color_bytes = readback.color_srgb8 ? 4 * pixels : 0;
-  if (outputs.has(wire::kColorSrgb8))
-    add(wire::kColorSrgb8, width, height, bytes.subspan(view * color_bytes, color_bytes));
   const std::span<const uint8_t> planes = bytes.subspan(readback.views * color_bytes);
-  std::span<const uint8_t> instances;
-  for (const passes::PlaneRange& range : readback.ranges) {
-    const size_t size = wire::info_of(range.output).element_bytes * pixels;
-    const std::span<const uint8_t> plane = planes.subspan(range.offset_bytes + view * size, size);
-    if (range.output == wire::kInstanceU32) instances = plane;
-    if (outputs.has(range.output)) add(range.output, width, height, plane);
+  const auto plane_of = [&](wire::ImageOutput output) -> std::span<const uint8_t> {
+    for (const passes::PlaneRange& range : readback.ranges) {
+      const size_t size = wire::info_of(output).element_bytes * pixels;
+      if (range.output == output) return planes.subspan(range.offset_bytes + view * size, size);
+    }
+    return {};
+  };
+  if (outputs.has_boxes()) {
+    FIRE3DV_ASSERT(readback.boxes);
+    boxes_ = capture::find_visible_boxes(plane_of(wire::kInstanceU32), width, *readback.boxes);
   }
-  if (!outputs.has_boxes()) return;
-  FIRE3DV_ASSERT(readback.boxes);
-  boxes_ = capture::find_visible_boxes(instances, width, *readback.boxes);
-  if (outputs.has(wire::kBoxes2d)) add_boxes(wire::kBoxes2d, boxes_.boxes2d);
-  if (outputs.has(wire::kBoxes3d)) add_boxes(wire::kBoxes3d, boxes_.boxes3d);
+  // The protocol wants them in the order of their bits.
+  for (const wire::ImageOutputInfo& info : wire::kImageOutputTable) {
+    if (!outputs.has(info.output)) continue;
+    if (info.output == wire::kColorSrgb8)
+      add(info.output, width, height, bytes.subspan(view * color_bytes, color_bytes));
+    else if (info.output == wire::kBoxes2d)
+      add_boxes(info.output, boxes_.boxes2d);
+    else if (info.output == wire::kBoxes3d)
+      add_boxes(info.output, boxes_.boxes3d);
+    else
+      add(info.output, width, height, plane_of(info.output));
+  }
 }
 
 void RequestedImage::add(wire::ImageOutput output, uint32_t width, uint32_t height,
