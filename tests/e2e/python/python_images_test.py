@@ -83,7 +83,7 @@ def planes(test):
                    lambda: image.save("x.png", "normal"))
             raised(fire3dv.ArgumentError, "name one of them as output", lambda: image.save("x.npy"))
             raised(fire3dv.ArgumentError, "neither with .png nor with .npy", lambda: image.save("x.jpg"))
-            raised(KeyError, "semantic exist); request_image", lambda: image["deep"])
+            raised(KeyError, "occlusion exist); request_image", lambda: image["deep"])
         raised(fire3dv.StateError, "closed", lambda: image.depth)
         check(image._repr_png_() is None and "closed>" in repr(image), repr(image))
         image.release()  # the older name
