@@ -151,7 +151,7 @@ TEST_F(OfflineFolder, ShardHoldsItsPartAlone) {
 
 TEST_F(OfflineFolder, InvalidListIsIgnored) {
   run(0, 2);
-  write(kFrameListName, std::string(3 << 20, 'x'));
+  write(kFrameListName, std::string(17 << 20, 'x'));
   EXPECT_NE(refused(manifest_of()).find("frames.jsonl is not what fire3dv render writes"), std::string::npos);
   fs::remove(folder_ / kFrameListName);
   ASSERT_EQ(mkfifo((folder_ / kFrameListName).c_str(), 0600), 0);
