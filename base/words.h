@@ -1,8 +1,10 @@
-// Words of text: trimming, and splitting at blanks. ASCII blanks only, whatever the locale.
+// Words of text: trimming, splitting at blanks, joining, and quoting for a shell. ASCII blanks only, whatever
+// the locale.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace fire3dv {
@@ -28,6 +30,29 @@ constexpr size_t count_words(std::string_view text) {
   size_t count = 0;
   while (!next_word(text).empty()) ++count;
   return count;
+}
+
+// "a, b" of words and of other texts.
+template <typename Texts>
+std::string joined(const Texts& texts, std::string_view separator = ", ") {
+  std::string all;
+  bool first = true;
+  for (const auto& text : texts) {
+    if (!first) all += separator;
+    all += text;
+    first = false;
+  }
+  return all;
+}
+
+// One word of a line for a shell, in quotation marks where it needs them.
+inline std::string shell_word(std::string_view word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=,:+@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) return std::string(word);
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
 }
 
 }  // namespace fire3dv

@@ -9,6 +9,7 @@
 
 #include "base/command_line.h"
 #include "base/files.h"
+#include "base/words.h"
 #include "renderer/dataset/layouts/layout.h"
 #include "renderer/offline/drawing_words.h"
 
@@ -29,15 +30,6 @@ bool is_recording(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, fault)) return false;
   std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
   return begin == kMagic;
-}
-
-std::string shell_word(std::string_view word) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./=,:+@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) return std::string(word);
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 // Without the shard and with a placeholder for the folder.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 namespace fire3dv {
 namespace {
 
@@ -28,6 +30,20 @@ TEST(Words, CountedByBlanks) {
   EXPECT_EQ(count_words(""), 0u);
   EXPECT_EQ(count_words(" \n"), 0u);
   EXPECT_EQ(count_words("1 2\t3\n4"), 4u);
+}
+
+TEST(Words, AShellReadsTheWordThatIsMeant) {
+  EXPECT_EQ(shell_word("/a/b-1.json:@x,y=%"), "/a/b-1.json:@x,y=%");
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("a b"), "'a b'");
+  EXPECT_EQ(shell_word("$(id)'x"), "'$(id)'\\''x'");
+  EXPECT_EQ(shell_word("~"), "'~'");
+}
+
+TEST(Words, JoinedByASeparator) {
+  EXPECT_EQ(joined(std::array<std::string_view, 0>{}), "");
+  EXPECT_EQ(joined(std::array<std::string_view, 3>{"a", "", "c"}), "a, , c");
+  EXPECT_EQ(joined(std::array<std::string_view, 2>{"a", "c"}, ":"), "a:c");
 }
 
 }  // namespace
