@@ -11,7 +11,8 @@ namespace {
 
 constexpr const char* kUnset = "unset VK_DRIVER_FILES VK_ICD_FILENAMES";
 constexpr const char* kInstallDriver =
-    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from pip: pip install fire3dv-cpu";
+    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from a wheel: install the file "
+    "fire3dv_cpu-*.whl, too (docs/install.md)";
 
 std::string title(const DeviceFacts& device) {
   return "device " + std::to_string(device.index) + " (" + device.name + ")";

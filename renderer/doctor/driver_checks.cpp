@@ -11,7 +11,8 @@ namespace fire3dv::doctor {
 namespace {
 
 constexpr const char* kInstallMesa =
-    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from pip: pip install fire3dv-cpu";
+    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from a wheel: install the file "
+    "fire3dv_cpu-*.whl, too (docs/install.md)";
 constexpr const char* kMoreFiles = "ulimit -n 1024";
 constexpr const char* kContainerLine =
     "docker run --runtime=nvidia --gpus all -e NVIDIA_DRIVER_CAPABILITIES=all IMAGE";

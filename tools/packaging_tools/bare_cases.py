@@ -4,17 +4,18 @@ from typing import Dict, Optional, Sequence
 
 USERS = {"user": 1000, "other": 1001}
 HOME = "/home/user"
-PIP_OPTIONS = "--quiet --no-index --disable-pip-version-check --find-links /wheels"
+PIP_OPTIONS = "--quiet --no-index --disable-pip-version-check"
 NO_VENV_PIP = f"PIP_BREAK_SYSTEM_PACKAGES=1 python3 $(echo /usr/share/python-wheels/pip-*.whl)/pip install {PIP_OPTIONS}"
 DEMO = "demo --size 160x90"
 PLAIN_DEMO = f"cd ~ && venv/bin/fire3dv {DEMO}"
+WHEEL, CPU_WHEEL = "/wheels/fire3dv-*.whl", "/wheels/fire3dv_cpu-*.whl"
 ROBOT = ("""printf '<robot name="own"><link name="base"><visual><geometry><box size="0.4 0.4 0.1"/></geometry></visual></link>"""
          """<link name="arm"><visual><origin xyz="0 0 0.3"/><geometry><cylinder radius="0.05" length="0.6"/></geometry></visual></link>"""
          """<joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>"""
          """<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>' > robot.urdf""")
 
 
-def into(folder, names="'fire3dv[cpu]'", before=""):
+def into(folder, names=f"{WHEEL} {CPU_WHEEL}", before=""):
     """Command that makes a virtual environment in a folder, and installs into it."""
     return f"{before}python3 -m venv --system-site-packages {folder} && {folder}/bin/pip install {PIP_OPTIONS} {names}"
 
@@ -44,8 +45,8 @@ NO_IMAGES = {"images": "", "image_count": 0}
 _LIST = [
     Case("plain", "a virtual environment, no GPU, nothing cached", install=into("~/venv"), command="cd ~ && venv/bin/fire3dv demo"),
     Case("cached", "the second start"),
-    Case("no-driver", "no GPU, and without fire3dv-cpu: the message names it", install=into("~/venv", "fire3dv"), status=1,
-         says=["fire3dv-cpu"], **NO_IMAGES),
+    Case("no-driver", "no GPU, and without fire3dv-cpu: the message names its file", install=into("~/venv", WHEEL), status=1,
+         says=["fire3dv_cpu-*.whl"], says_not=["pip install fire3dv"], **NO_IMAGES),
     Case("read-only", "a read-only file system, except /tmp: images go there", read_only=True,
          images="/tmp/fire3dv-demo-*/frame_*.png", says=["/tmp/fire3dv-demo-"]),
     Case("nothing-writable", "a read-only file system, with /tmp", read_only=True, prepare="chmod 755 /tmp", status=1, says=["TMPDIR"],
@@ -68,9 +69,9 @@ _LIST = [
          command=f"cd {LONG} && bin/fire3dv {DEMO}", images=f"{LONG.replace('~', HOME)}/fire3dv-demo/frame_*.png"),
     Case("isolated", "python -I -m fire3dv", command=f"cd ~ && venv/bin/python -I -m fire3dv {DEMO}"),
     Case("module", "python -m fire3dv", command=f"cd ~ && venv/bin/python -m fire3dv {DEMO}"),
-    Case("pip-user", "pip install --user", install=f"{NO_VENV_PIP} --user 'fire3dv[cpu]'",
+    Case("pip-user", "pip install --user", install=f"{NO_VENV_PIP} --user {WHEEL} {CPU_WHEEL}",
          command=f"cd ~ && .local/bin/fire3dv {DEMO}"),
-    Case("pip-target", "pip install --target", install=f"{NO_VENV_PIP} --no-deps --target ~/target fire3dv fire3dv-cpu",
+    Case("pip-target", "pip install --target", install=f"{NO_VENV_PIP} --no-deps --target ~/target {WHEEL} {CPU_WHEEL}",
          command=f"cd ~ && PYTHONPATH=$HOME/target python3 -m fire3dv {DEMO}"),
     Case("umask-077", "umask 077", install=into("~/venv", before="umask 077 && "), command=f"umask 077 && {PLAIN_DEMO}"),
     Case("two-users", "two users at once, with one installation of root", user=0, environment={"HOME": None}, install=into("/opt/fire3dv"),

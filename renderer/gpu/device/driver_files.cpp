@@ -32,7 +32,7 @@ std::string describe_driver_files(const std::function<const char*(const char*)>&
 std::string driver_advice(const std::function<const char*(const char*)>& environment) {
   return "install your GPU's Vulkan driver (NVIDIA's also needs libegl1) or, for the CPU, "
          "mesa-vulkan-drivers "
-         "(where FIRE-3DV is from pip: pip install fire3dv-cpu)" +
+         "(where FIRE-3DV is from a wheel: install the file fire3dv_cpu-*.whl, too, docs/install.md)" +
          describe_driver_files(environment);
 }
 

@@ -66,7 +66,7 @@ std::string mesa_update(std::span<const DeviceReport> reports) {
            " works. On Debian 12: sudo apt install -t bookworm-backports mesa-vulkan-drivers "
            "(docs/install.md "
            "says how to add backports). Elsewhere: sudo apt-get update && sudo apt-get install "
-           "mesa-vulkan-drivers. Where FIRE-3DV is from pip: pip install fire3dv-cpu";
+           "mesa-vulkan-drivers. Where FIRE-3DV is from a wheel: install the file fire3dv_cpu-*.whl, too";
   }
   return "";
 }
