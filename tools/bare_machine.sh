@@ -7,8 +7,8 @@
 #   tools/bare_machine.sh SUITE DIR tests [OPTION...]    runs tools/test.sh there
 #   tools/bare_machine.sh SUITE DIR -- COMMAND [ARG...]  runs a command in the clone, as root
 #
-# SUITE is bookworm (Debian 12) or trixie (Debian 13). DIR is made if it does not exist; an existing one is used as it is
-# (packages that were installed there stay, the clone is renewed). The last line says what ran, on which system, at which
+# SUITE is bookworm (Debian 12) or trixie (Debian 13). DIR is made if it does not exist; one of an earlier run is used as it
+# is (packages that were installed there stay, the clone is renewed). The last line says what ran, on which system, at which
 # commit, for how long. Exit status: that of the command.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -20,10 +20,11 @@ die() { echo "bare_machine.sh: $*" >&2; exit 1; }
 
 case "${1:-}" in -h | --help) sed -n '2,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 [ $# -ge 3 ] || usage "a suite, a folder and what to run are needed"
-enter_mount_namespace "${BASH_SOURCE[0]}" "$@"
-suite=$1 directory=$2 what=$3
-shift 3
+suite=$1 what=$3
 [[ $suite =~ ^(bookworm|trixie)$ ]] || usage "the suite is bookworm or trixie, not '$suite'"
+directory=$(bare_directory "$2")
+enter_mount_namespace "${BASH_SOURCE[0]}" "$@"
+shift 3
 case "$what" in
   demo) command=(tools/demo.sh "$@") ;;
   tests) command=(tools/test.sh "$@") ;;

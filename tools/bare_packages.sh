@@ -5,7 +5,7 @@
 #
 #   tools/bare_packages.sh SUITE DIR PACKAGES [OLDER]
 #
-# SUITE is bookworm (Debian 12) or trixie (Debian 13); DIR is made if it does not exist. PACKAGES is a folder of
+# SUITE is bookworm (Debian 12) or trixie (Debian 13); DIR is made if it does not exist (else: of such a run). PACKAGES is of
 # tools/package.sh, built on that suite; OLDER is one of an older version (default: PACKAGES with a lower version and one
 # file more). The last line says what passed, with the size of the installation. Exit status 1: something failed; the line
 # before says what.
@@ -19,9 +19,10 @@ die() { echo "bare_packages.sh: $*" >&2; exit 1; }
 
 case "${1:-}" in -h | --help) sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;; esac
 [ $# = 3 ] || [ $# = 4 ] || usage "a suite, a folder and the folder of the packages are needed"
-enter_mount_namespace "${BASH_SOURCE[0]}" "$@"
-suite=$1 directory=$2 packages=$3 older=${4:-}
+suite=$1 packages=$3 older=${4:-}
 [[ $suite =~ ^(bookworm|trixie)$ ]] || usage "the suite is bookworm or trixie, not '$suite'"
+directory=$(bare_directory "$2")
+enter_mount_namespace "${BASH_SOURCE[0]}" "$@"
 ls "$packages"/*.deb > /dev/null 2>&1 || die "$packages holds no packages: tools/package.sh $packages builds them"
 open_bare_system "$suite" "$directory"
 log=$directory.packages.log

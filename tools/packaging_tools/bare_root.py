@@ -10,28 +10,27 @@ from packaging_tools.bare_cases import USERS
 UBUNTU = {"jammy", "noble", "questing", "resolute"}
 PACKAGES = "python3,python3-venv,python3-numpy"
 DEVICES = ("null", "zero", "full", "random", "urandom", "tty")
+MAKE = """set -euo pipefail
+say() { printf 'bare_wheel.py: %s\\n' "$*"; }
+die() { printf 'bare_wheel.py: %s\\n' "$*" >&2; exit 1; }
+. "$1/bare_system.sh"
+directory=$(bare_directory "$3")
+make_bare_system "$2" "$directory" "${@:4}"
+"""
 TOOLS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 def make_root(suite, roots, mirror):
     """ROOTS/SUITE, where it is missing, and its users."""
+    if not mirror and suite in UBUNTU:
+        sys.exit("bare_wheel.py: name Ubuntu's packages by --mirror URL")
+    ubuntu = ["--components=main,universe", "--keyring=/usr/share/keyrings/ubuntu-archive-keyring.gpg"]
     root = os.path.join(roots, suite)
-    if not os.path.exists(root):
-        if not mirror and suite in UBUNTU:
-            sys.exit("bare_wheel.py: name Ubuntu's packages by --mirror URL")
-        if not mirror:
-            script = '. "$1/apt_mirror.sh"; . /etc/os-release; mirror_of_release "$VERSION_CODENAME"'
-            mirror = subprocess.run(("bash", "-c", script, "bash", TOOLS), text=True, capture_output=True, check=True).stdout.strip()
-        ubuntu = ["--components=main,universe", "--keyring=/usr/share/keyrings/ubuntu-archive-keyring.gpg"]
-        os.makedirs(roots, exist_ok=True)
-        scripts = "/usr/share/debootstrap/scripts/"
-        script = [] if os.path.exists(scripts + suite) else [scripts + ("gutsy" if suite in UBUNTU else "sid")]  # of newer releases
-        with open(root + ".log", "wb") as log:
-            made = subprocess.run(("debootstrap", "--variant=minbase", "--include=" + PACKAGES, *(ubuntu if suite in UBUNTU else []), suite,
-                                   root, mirror, *script), stdout=log, stderr=log, check=False)
-        if made.returncode:
-            shutil.rmtree(root, ignore_errors=True)
-            sys.exit(f"bare_wheel.py: debootstrap failed; its log is {root}.log")
+    os.makedirs(roots, exist_ok=True)
+    made = subprocess.run(("unshare", "--mount", "bash", "-c", MAKE, "bash", TOOLS, suite, root, mirror, "--include=" + PACKAGES,
+                           *(ubuntu if suite in UBUNTU else [])), check=False)
+    if made.returncode:
+        sys.exit(1)
     with open(os.path.join(root, "etc/passwd"), "r+", encoding="utf-8") as passwd:
         text = passwd.read()
         for name, number in USERS.items():
