@@ -1,5 +1,6 @@
 # Library fire3dv_build_info: version, commit and optional parts of this build. The commit is that of the last
 # configure run, so that a commit alone rebuilds nothing; archives of git have theirs in archive_commit.txt.
+# The hash alone: with a tag, the text of a released commit would be the tag's name.
 file(READ ${CMAKE_CURRENT_LIST_DIR}/archive_commit.txt archived)
 if(archived MATCHES "^([0-9a-f]+) ([0-9]+)")  # the hash, and the time in seconds
   string(SUBSTRING ${CMAKE_MATCH_1} 0 12 fire3dv_commit)
@@ -7,7 +8,7 @@ else()
   set(fire3dv_commit "unknown")
 endif()
 if(EXISTS ${PROJECT_SOURCE_DIR}/.git)  # not that of an outer repository
-  execute_process(COMMAND git describe --always --dirty --abbrev=12 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+  execute_process(COMMAND git describe --always --dirty --abbrev=12 --exclude "*" WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                   OUTPUT_VARIABLE described RESULT_VARIABLE result ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
   if(result EQUAL 0)
     set(fire3dv_commit ${described})

@@ -5,10 +5,10 @@
 #
 #   tools/bare_packages.sh SUITE DIR PACKAGES [OLDER]
 #
-# SUITE is bookworm (Debian 12) or trixie (Debian 13); DIR is made if it does not exist (else: of such a run). PACKAGES is of
-# tools/package.sh, built on that suite; OLDER is one of an older version (default: PACKAGES with a lower version and one
-# file more). The last line says what passed, with the size of the installation. Exit status 1: something failed; the line
-# before says what.
+# SUITE is bookworm (Debian 12) or trixie (Debian 13); DIR is made if it does not exist, or is of an earlier run. PACKAGES is
+# a folder of tools/package.sh, built on that suite; OLDER is one of an older version (default: PACKAGES with a lower version
+# and one file more). The last line says what passed, with the size of the installation. Exit status 1: something failed;
+# the line before says what.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 . "$root/tools/bare_system.sh"

@@ -32,7 +32,7 @@ make_bare_system() { # suite, folder of bare_directory, mirror ("": this machine
   [ -n "$mirror" ] || die "no apt source for the main section of this machine's release found in /etc/apt"
   bare_directory "$directory.new" > /dev/null
   rm -rf --one-file-system "$directory.new"
-  mkdir -p -m 755 "$directory.new"
+  install -d -m 755 "$directory.new"
   : > "$directory.new/$BARE_MARK"
   if [ ! -e "$scripts/$suite" ]; then  # a release newer than this debootstrap
     case "$*" in *--keyring=*ubuntu*) script=("$scripts/gutsy") ;; *) script=("$scripts/sid") ;; esac

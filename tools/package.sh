@@ -45,7 +45,13 @@ fi
 
 # Dates in packages are the commit's, modes do not depend on the user: a build gives the same bytes each time.
 umask 022
-SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || true)}
+if [ -z "${SOURCE_DATE_EPOCH:-}" ]; then
+  if [ -e .git ]; then  # not that of an outer repository
+    SOURCE_DATE_EPOCH=$(git log -1 --format=%ct 2>/dev/null || true)
+  else  # an archive of git
+    SOURCE_DATE_EPOCH=$(sed -n 's/^[0-9a-f]\+ \([0-9]\+\)$/\1/p' cmake/archive_commit.txt)
+  fi
+fi
 [ -z "$SOURCE_DATE_EPOCH" ] || export SOURCE_DATE_EPOCH
 
 mkdir -p "$output"
