@@ -1,5 +1,7 @@
 """Documents of SPDX 2.3 as JSON: packages, their relations, licences that have no number; and a check of their structure."""
 import datetime
+import hashlib
+import json
 import re
 
 ID = re.compile(r"SPDXRef-[A-Za-z0-9.-]+")
@@ -15,6 +17,7 @@ def identifier(*words):
 
 class Document:
     def __init__(self, name, namespace, epoch_s, tool):
+        """namespace: a URI, to which a digest of what the document says is added: documents that differ must not share one."""
         created = datetime.datetime.fromtimestamp(epoch_s, datetime.timezone.utc).strftime(CREATED)
         self._packages, self._relations, self._texts = {}, set(), {}
         self._head = {"spdxVersion": "SPDX-2.3", "dataLicense": "CC0-1.0", "SPDXID": "SPDXRef-DOCUMENT", "name": name,
@@ -32,10 +35,12 @@ class Document:
         self._relations.add((element, relation, related))
 
     def json(self):
-        return {**self._head, "packages": [self._packages[key] for key in sorted(self._packages)],
+        said = {**self._head, "packages": [self._packages[key] for key in sorted(self._packages)],
                 "hasExtractedLicensingInfos": [{"licenseId": key, "extractedText": text} for key, text in sorted(self._texts.items())],
                 "relationships": [{"spdxElementId": a, "relationshipType": relation, "relatedSpdxElement": b}
                                   for a, relation, b in sorted(self._relations)]}
+        digest = hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:32]
+        return {**said, "documentNamespace": f"{said['documentNamespace']}-{digest}"}
 
 
 def faults(document):

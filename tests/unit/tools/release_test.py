@@ -19,11 +19,11 @@ License: house-rules
 """
 
 
-def document():
+def document(debian_version="1.0-1"):
     bill = spdx.Document("thing-1", "https://example.org/thing-1", 1700000000, "test")
     licence, texts = debian.of_copyright("libthing++1", COPYRIGHT)
     root = bill.package(spdx.identifier("thing"), "thing", "1", "Apache-2.0")
-    inner = bill.package(spdx.identifier("debian", "libthing++1"), "libthing++1", "1.0-1", licence, texts)
+    inner = bill.package(spdx.identifier("debian", "libthing++1"), "libthing++1", debian_version, licence, texts)
     bill.relate("SPDXRef-DOCUMENT", "DESCRIBES", root)
     bill.relate(root, "DYNAMIC_LINK", inner)
     return bill.json()
@@ -45,6 +45,9 @@ class BillOfMaterials(unittest.TestCase):
         self.assertEqual(list(spdx.faults(document())), [])
         self.assertEqual(document()["creationInfo"]["created"], "2023-11-14T22:13:20Z")
         self.assertEqual(document(), document())
+
+    def test_other_contents_have_another_namespace(self):
+        self.assertNotEqual(document("1.0-1")["documentNamespace"], document("1.0-2")["documentNamespace"])
 
     def test_each_fault_is_named(self):
         def broken(change):
