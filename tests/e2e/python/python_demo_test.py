@@ -1,11 +1,14 @@
-"""`fire3dv demo` on machines that lack something, and the variables of the wheel's programs. Draws nothing."""
+"""`fire3dv demo` on machines that lack something, its end by SIGTERM, and the variables of the wheel's programs.
+Draws nothing."""
 import contextlib
 import errno
 import io
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from unittest import mock
 
 from fire3dv import __main__ as commands
@@ -59,7 +62,35 @@ def drivers():
     assert dict(os.environ) == before, "variables of this process, which other programs inherit"
 
 
+def write_program(folder, name, text):
+    with open(os.path.join(folder, name), "w", encoding="ascii", opener=lambda *words: os.open(*words, 0o755)) as file:
+        file.write(f"#!/bin/sh\n{text}\n")
+
+
+def has_ended(pid_file):
+    with open(pid_file, encoding="ascii") as file:
+        return not os.path.exists(f"/proc/{int(file.read())}")
+
+
+def termination():
+    """A service manager's SIGTERM ends both programs, and no temporary folder remains."""
+    with tempfile.TemporaryDirectory() as programs, tempfile.TemporaryDirectory() as temporary:
+        pids = [os.path.join(programs, name + ".pid") for name in ("bullet_arm", "fire3dv")]
+        stay = 'echo $$ > {0}.new; mv {0}.new {0}; exec sleep 60'
+        write_program(programs, "bullet_arm", f'[ "$1" != --write-scene ] || exit 0; {stay.format(pids[0])}')
+        write_program(programs, "fire3dv", stay.format(pids[1]))
+        demo = subprocess.Popen([sys.executable, "-m", "fire3dv", "demo", "--out", os.path.join(programs, "out")],
+                                env={**os.environ, "FIRE3DV": os.path.join(programs, "fire3dv"), "TMPDIR": temporary})
+        while not all(map(os.path.exists, pids)):
+            assert demo.poll() is None, demo.returncode
+            time.sleep(0.02)
+        demo.send_signal(signal.SIGTERM)
+        status = demo.wait()
+        left = [pid for pid in pids if not has_ended(pid)]
+        assert status == 143 and not left and not os.listdir(temporary), (status, left, os.listdir(temporary))
+
+
 if __name__ == "__main__":
-    for case in (streams, folders, drivers):
+    for case in (streams, folders, drivers, termination):
         case()
     print("python_demo: passed", file=sys.stderr)

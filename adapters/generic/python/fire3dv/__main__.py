@@ -2,6 +2,7 @@
 import argparse
 import glob
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -47,11 +48,14 @@ def _uri() -> str:
 def _run(renderer: List[str], simulator: List[str], folder: str) -> int:
     """Runs both to the renderer's end, or until the simulator fails. Returns the exit status."""
     variables, log_file = environment(), os.path.join(folder, "bullet_arm.log")
-    with open(log_file, "w", encoding="utf-8") as log:
-        arm = subprocess.Popen([path_of("bullet_arm"), *simulator], env=variables, stdout=log, stderr=subprocess.STDOUT,
-                               stdin=subprocess.DEVNULL)
-    image = subprocess.Popen([path_of("fire3dv"), *renderer], env=variables)
+    running: List[subprocess.Popen] = []
     try:
+        with open(log_file, "w", encoding="utf-8") as log:
+            arm = subprocess.Popen([path_of("bullet_arm"), *simulator], env=variables, stdout=log, stderr=subprocess.STDOUT,
+                                   stdin=subprocess.DEVNULL)
+        running.append(arm)
+        image = subprocess.Popen([path_of("fire3dv"), *renderer], env=variables)
+        running.append(image)
         while image.poll() is None:
             if arm.poll():  # the renderer would wait for it
                 with open(log_file, encoding="utf-8", errors="replace") as log:
@@ -62,7 +66,7 @@ def _run(renderer: List[str], simulator: List[str], folder: str) -> int:
     except KeyboardInterrupt:
         return 130
     finally:
-        for process in (arm, image):
+        for process in running:
             process.terminate()
             process.wait()
 
@@ -121,6 +125,12 @@ def demo(arguments: Sequence[str]) -> int:
         return _images(scene, folder, options)
 
 
+def _end(number: int, _frame: object) -> None:
+    """Handler of SIGTERM: ends as an exception does, so that neither processes nor the temporary folder remain."""
+    signal.signal(number, signal.SIG_IGN)  # a second one must not interrupt that
+    raise SystemExit(128 + number)
+
+
 def main() -> None:
     """Becomes the program that the script is named after."""
     name = os.path.basename(sys.argv[0])
@@ -129,6 +139,7 @@ def main() -> None:
     program = name
     try:
         if name == "fire3dv" and sys.argv[1:2] == ["demo"]:
+            signal.signal(signal.SIGTERM, _end)
             sys.exit(demo(sys.argv[2:]))
         program = path_of(name)
         os.execve(program, [program, *sys.argv[1:]], environment())
