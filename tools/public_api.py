@@ -5,8 +5,8 @@
     public_api.py --write   stores what the sources have now
 
 adapters/generic/api/c.txt and python.txt have a line for each declaration: the version that it came with, and the
-declaration. What a later version removes or changes keeps its line, FIRST-LAST, and needs its name in docs/upgrading.md. A
-declaration of the version in work (CHANGELOG.md: "not yet released") is changed without a trace.
+declaration. What a version removes or changes keeps its line, FIRST-LAST, and needs its name in docs/upgrading.md. While
+CHANGELOG.md says "## X.Y.0, not yet released", declarations that came with X.Y are changed without a trace.
 """
 import argparse
 import os
@@ -32,12 +32,12 @@ def stored(path):
     return [(line["text"], line["first"], line["last"] or "") for line in lines]
 
 
-def updated(before, texts, current):
-    """What is to be stored; current: version in work."""
+def updated(before, texts, current, is_released):
+    """What is to be stored; current: version in work, X.Y; is_released: X.Y.0 has been."""
     first = {text: since for text, since, last in before if not last}
     gone = [(text, since, last or current) for text, since, last in before if last or text not in texts]
     return ([(text, first.get(text, current), "") for text in texts] +
-            [line for line in gone if line[1] != line[2]])  # never released: without a trace
+            [line for line in gone if is_released or line[1] != line[2]])
 
 
 def differences(before, after, name_of, notes):
@@ -57,11 +57,12 @@ def main():
     action.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
     current = ".".join(version.stated(*version.SOURCE).split(".")[:2])
+    is_released = not re.search(rf"(?m)^## {re.escape(current)}\.0, not yet released", version.read("CHANGELOG.md"))
     wrong = []
     for name, language in LISTS.items():
         path = os.path.join(ROOT, "adapters", "generic", "api", name)
         before = stored(path)
-        after = updated(before, list(dict.fromkeys(language.public_interface(ROOT))), current)
+        after = updated(before, list(dict.fromkeys(language.public_interface(ROOT))), current, is_released)
         if arguments.write:
             with open(path, "w", encoding="utf-8") as file:
                 file.write("# Public interface by version: written by tools/public_api.py --write.\n")

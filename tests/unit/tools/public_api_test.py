@@ -40,7 +40,7 @@ class PublicApi(unittest.TestCase):
 
     def test_change_of_a_released_function_needs_a_note(self):
         before = [("function int fire3dv_f(int a)", "0.2", "")]
-        after = public_api.updated(before, ["function int fire3dv_f(long a)"], "0.3")
+        after = public_api.updated(before, ["function int fire3dv_f(long a)"], "0.3", False)
         self.assertEqual(after, [("function int fire3dv_f(long a)", "0.3", ""), ("function int fire3dv_f(int a)", "0.2", "0.3")])
         without_note = list(public_api.differences(after, after, c_header.name_of, "nothing"))
         self.assertEqual(len(without_note), 1)
@@ -50,10 +50,15 @@ class PublicApi(unittest.TestCase):
 
     def test_change_before_the_release_is_noticed_and_leaves_no_trace(self):
         before = [("fire3dv.f(a)", "0.3", "")]
-        after = public_api.updated(before, ["fire3dv.f(b)"], "0.3")
+        after = public_api.updated(before, ["fire3dv.f(b)"], "0.3", False)
         self.assertEqual(after, [("fire3dv.f(b)", "0.3", "")])
         self.assertEqual(list(public_api.differences(before, after, python_package.name_of, "")),
                          ["new: fire3dv.f(b)", "gone, was never released: fire3dv.f(a)"])
+
+    def test_change_between_two_patch_releases_keeps_its_line(self):
+        after = public_api.updated([("fire3dv.f(a)", "0.3", "")], ["fire3dv.f(b)"], "0.3", True)
+        self.assertEqual(after, [("fire3dv.f(b)", "0.3", ""), ("fire3dv.f(a)", "0.3", "0.3")])
+        self.assertIn("does not mention fire3dv.f", "".join(public_api.differences(after, after, python_package.name_of, "")))
 
 
 if __name__ == "__main__":
