@@ -18,8 +18,8 @@
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
 #include "base/log.h"
+#include "base/output_file.h"
 #include "base/process/stop_signals.h"
-#include "convert/glb/output.h"
 
 namespace fire3dv::mujoco {
 namespace {
@@ -234,7 +234,7 @@ Result<void> run(const Options& options) {
     const auto glb = scene_of(simulation->model(), simulation->data(),
                               std::filesystem::path(options.model).stem().string(), warnings);
     if (!glb) return Error{options.model + ": " + glb.error().message};
-    if (Result<void> written = convert::write_output(options.scene, *glb); !written) return written;
+    if (Result<void> written = base::write_output(options.scene, *glb); !written) return written;
     for (const std::string& warning : warnings) log_line("warning: " + warning);
   }
   if (options.publish.uris.empty()) return {};

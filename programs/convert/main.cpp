@@ -14,11 +14,12 @@
 
 #include "base/command_line.h"
 #include "base/log.h"
+#include "base/output_file.h"
 #include "base/plural.h"
 #include "base/text.h"
+#include "convert/glb/cache_entry.h"
 #include "convert/glb/glb_joints.h"
 #include "convert/glb/list_gltf.h"
-#include "convert/glb/output.h"
 #include "convert/glb/write_glb.h"
 #include "convert/readers.h"
 #include "renderer/scene/cache_files.h"
@@ -88,8 +89,8 @@ int write_expanded(const Options& options) {
   for (const std::string& warning : warnings) say("warning: " + warning);
   const Result<void> done = !text ? Result<void>(text.error())
                             : options.expanded == "-"
-                                ? write_descriptor(STDOUT_FILENO, std::as_bytes(std::span(*text)))
-                                : write_output(options.expanded, std::as_bytes(std::span(*text)));
+                                ? base::write_descriptor(STDOUT_FILENO, std::as_bytes(std::span(*text)))
+                                : base::write_output(options.expanded, std::as_bytes(std::span(*text)));
   if (!done) say(fire3dv::error_line(done.error().message));
   return done ? 0 : kFailed;
 }
@@ -145,11 +146,11 @@ int list_nodes_of_gltf(const Options& options) {
 Result<void> write_outputs(const Options& options, int standard_output, const Model& model,
                            const std::vector<std::byte>& glb, const Sources::Source& self, int64_t begun_ns) {
   if (options.out == "-") {
-    const Result<void> done = write_descriptor(standard_output, glb);
+    const Result<void> done = base::write_descriptor(standard_output, glb);
     if (!done) return Error{"cannot write to the standard output: " + done.error().message};
     return {};
   }
-  if (options.sources.empty()) return write_output(options.out, glb);
+  if (options.sources.empty()) return base::write_output(options.out, glb);
   if (Result<void> done = write_cache_entry(options.out, glb); !done) return done;
   std::vector<Sources::Source> sources{self};  // a different converter version may produce another scene
   sources.insert(sources.end(), model.sources.all().begin(), model.sources.all().end());

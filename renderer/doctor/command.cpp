@@ -5,11 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+#include <span>
 #include <string>
 
 #include "base/command_line.h"
-#include "base/files.h"
 #include "base/log.h"
+#include "base/output_file.h"
 #include "renderer/doctor/bench.h"
 #include "renderer/doctor/child.h"
 #include "renderer/doctor/report.h"
@@ -50,6 +51,15 @@ int run_benchmarks(const Facts& facts, std::chrono::milliseconds limit) {
 
 bool print(const std::string& text) {
   return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+}
+
+// Standard output may be a file: it is continued.
+Result<void> write_report(const std::filesystem::path& path, const std::string& text) {
+  if (base::is_open_as(STDOUT_FILENO, path))
+    return print(text) ? Result<void>() : Error{"standard output cannot be written"};
+  Result<void> written = base::write_output(path, std::as_bytes(std::span(text)));
+  if (written) print_log_line("fire3dv", "doctor: the report for an issue is in " + path.string());
+  return written;
 }
 
 }  // namespace
@@ -102,10 +112,8 @@ int run(const Options& options) {
   if (!printed) return report_failure(Error{"doctor: standard output cannot be written"});
   if (!options.report.empty()) {
     const std::string text = redacted(report_file(facts, findings), private_words(facts));
-    const Result<void> written =
-        write_whole_file(options.report, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
-    if (!written) return report_failure(Error{"--report: " + written.error().message});
-    print_log_line("fire3dv", "doctor: the report for an issue is in " + options.report.string());
+    if (const Result<void> written = write_report(options.report, text); !written)
+      return report_failure(Error{"--report: " + written.error().message});
   }
   return exit_status(findings);
 }

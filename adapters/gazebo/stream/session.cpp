@@ -6,9 +6,9 @@
 #include "adapters/gazebo/stream/world_finder.h"
 #include "adapters/gazebo/wire/field_count.h"
 #include "base/clock.h"
+#include "base/output_file.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "convert/glb/output.h"
 
 namespace fire3dv::gazebo {
 namespace {
@@ -201,7 +201,7 @@ Result<void> Session::first_scene() {
     const ConvertedAsset scene = convert_items(world_.items(), resource_folders_, world_name_, true);
     report(scene.warnings);
     if (!scene.glb) return Error{options_.write_scene.string() + ": " + scene.glb.error().message};
-    if (Result<void> written = convert::write_output(options_.write_scene, *scene.glb); !written)
+    if (Result<void> written = base::write_output(options_.write_scene, *scene.glb); !written)
       return written;
     log_("scene written: fire3dv " + options_.write_scene.string() + " shows it");
     if (options_.ends_after_scene) {

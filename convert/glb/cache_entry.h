@@ -1,4 +1,4 @@
-// Output of a converted scene: like a shell redirection to -o, but atomic.
+// Cache files of converted scenes.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,6 @@
 #include "base/error.h"
 
 namespace fire3dv::convert {
-
-Result<void> write_descriptor(int fd, std::span<const std::byte> bytes);
-
-// Follows links and keeps a file's mode; new files get the umask's. Pipes and devices are written directly.
-Result<void> write_output(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 // Writes a cache file to a possibly shared folder: replaces links, and only this user can read the file.
 // Refuses to replace anything but a file.

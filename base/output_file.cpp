@@ -1,4 +1,4 @@
-#include "convert/glb/output.h"
+#include "base/output_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -7,12 +7,12 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <system_error>
 
 #include "base/files.h"
 #include "base/text.h"
-#include "renderer/scene/cache_files.h"
 
-namespace fire3dv::convert {
+namespace fire3dv::base {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,24 +43,25 @@ Result<void> write_descriptor(int fd, std::span<const std::byte> bytes) {
 }
 
 Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes) {
-  const fs::path target = followed(path);
   struct stat status {};
-  if (::stat(target.c_str(), &status) != 0) return base::write_atomically(target, {bytes});
+  // Not by its target's name, which "pipe:[4711]" of /dev/stdout is none.
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    if (fd < 0) return cannot_write(path, std::strerror(errno));
+    Result<void> done = write_descriptor(fd, bytes);
+    if (::close(fd) != 0 && done) done = Error{std::strerror(errno)};
+    return done ? done : cannot_write(path, done.error().message);
+  }
+  const fs::path target = followed(path);
   if (S_ISREG(status.st_mode))
-    return base::write_atomically(target, {bytes}, {.exact_mode = status.st_mode & 0777});
-  const int fd = ::open(target.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
-  if (fd < 0) return cannot_write(path, std::strerror(errno));
-  Result<void> done = write_descriptor(fd, bytes);
-  if (::close(fd) != 0 && done) done = Error{std::strerror(errno)};
-  return done ? done : cannot_write(path, done.error().message);
+    return write_atomically(target, {bytes}, {.exact_mode = status.st_mode & 0777});
+  return write_atomically(target, {bytes});
 }
 
-Result<void> write_cache_entry(const fs::path& path, std::span<const std::byte> bytes) {
-  std::error_code error;
-  const fs::file_status status = fs::symlink_status(path, error);
-  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_symlink(status))
-    return cannot_write(path, "it is there, and is not a regular file");
-  return scene::write_cache_file(path, {bytes});
+bool is_open_as(int fd, const fs::path& path) {
+  struct stat open {}, named {};
+  return ::fstat(fd, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
+         open.st_ino == named.st_ino;
 }
 
-}  // namespace fire3dv::convert
+}  // namespace fire3dv::base
