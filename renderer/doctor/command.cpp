@@ -13,7 +13,7 @@
 #include "base/output_file.h"
 #include "renderer/doctor/bench.h"
 #include "renderer/doctor/child.h"
-#include "renderer/doctor/report.h"
+#include "renderer/doctor/report/report.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -75,7 +75,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   OptionGroup group(app);
   group.add_flag("--json", options.json, "print JSON, with an id for each check");
   group.add("--report", options.report, "FILE",
-            "also write a file for an issue, without names of users and hosts");
+            "also write a file for an issue, without names of its user and of hosts, home folders and IP addresses");
   group.add_flag("--bench", options.bench, "print frame times of each device as a Markdown table instead");
   group.add_repeatable("--listen", options.addresses.listen, "URI",
                        "check that this port is free; repeatable");
@@ -111,8 +111,7 @@ int run(const Options& options) {
           : report_text(facts, findings));
   if (!printed) return report_failure(Error{"doctor: standard output cannot be written"});
   if (!options.report.empty()) {
-    const std::string text = redacted(report_file(facts, findings), private_words(facts));
-    if (const Result<void> written = write_report(options.report, text); !written)
+    if (const Result<void> written = write_report(options.report, report_file(facts, findings)); !written)
       return report_failure(Error{"--report: " + written.error().message});
   }
   return exit_status(findings);

@@ -221,7 +221,7 @@ def foreign_layer(machine):
 
 def report_for_an_issue(machine):
     machine.fake("hang_in_wait")
-    machine.env["USER"] = "ada"
+    machine.env |= {"USER": "ada", "HOSTNAME": "Box7", "NVIDIA_API_KEY": "nvapi-secret", "DISPLAY": "box7.example.org:4711"}
     path = os.path.join(machine.folder, "report.md")
     done = machine.run("--report", path, limit_s="5")
     assert done.returncode == 1, done
@@ -231,6 +231,25 @@ def report_for_an_issue(machine):
     names = [re.escape(machine.home), "ada", *([re.escape(socket.gethostname())] if socket.gethostname() != "localhost" else [])]
     for name in names:
         assert not re.search(rf"(?<![\w.-]){name}(?![\w.-])", text), f"{name} is in the report:\n{text}"
+    assert not re.search("nvapi|API_KEY|box7", text, re.I), text
+
+
+def report_to_links_and_pipes(machine):
+    machine.fake("crash_on_load")
+    target, link, pipe = (os.path.join(machine.folder, name) for name in ("target.md", "link.md", "pipe"))
+    os.symlink("target.md", link)
+    assert machine.run("--report", link).returncode == 1
+    with open(target, encoding="utf-8") as file:
+        assert os.path.islink(link) and file.read().startswith("Output of `fire3dv doctor`")
+    os.mkfifo(pipe)
+    with open(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), encoding="utf-8") as reader:
+        assert machine.run("--report", pipe).returncode == 1
+        assert os.path.exists(pipe) and "driver-manifests" in reader.read()
+    with open(target, "w+", encoding="utf-8") as output:  # standard output is a file: it gets both
+        subprocess.run([FIRE3DV, "doctor", "--report", "/dev/stdout"], stdout=output, stderr=subprocess.DEVNULL, env=machine.env, check=False)
+        output.seek(0)
+        assert re.search("^fire3dv .*^Output of `fire3dv doctor`.*```$", output.read(), re.M | re.S)
+    assert os.path.islink("/dev/stdout")
 
 
 def usage(machine):
@@ -264,7 +283,7 @@ def read_only_home(machine):
 
 CASES = [good, no_loader, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, no_experiments, closed_files, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, usage, small_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:

@@ -1,16 +1,14 @@
-#include "renderer/doctor/report.h"
+#include "renderer/doctor/report/report.h"
 
-#include <pwd.h>
 #include <sys/utsname.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 
 #include "base/build_info.h"
 #include "base/plural.h"
 #include "base/text.h"
+#include "renderer/doctor/report/redaction.h"
+#include "renderer/doctor/report/variables.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -70,34 +68,6 @@ std::string summary(std::span<const CheckedFinding> findings) {
          (errors == 0 ? ": fire3dv can draw here\n" : ": mend the errors first, from the top\n");
 }
 
-// Variables that decide about drivers, devices, folders and windows.
-bool matters(const std::string& name) {
-  constexpr std::array kPrefixes{"VK_",    "NVIDIA_", "CUDA_", "MESA_",  "LP_",       "XDG_",
-                                 "LIBGL_", "DRI_",    "__NV_", "__GLX_", "NODEVICE_", "FIRE3DV"};
-  constexpr std::array kNames{"DISPLAY", "WAYLAND_DISPLAY", "LD_LIBRARY_PATH", "HOME", "LANG", "TMPDIR"};
-  return std::any_of(kPrefixes.begin(), kPrefixes.end(),
-                     [&](const char* prefix) { return name.starts_with(prefix); }) ||
-         std::find(kNames.begin(), kNames.end(), name) != kNames.end();
-}
-
-bool is_word_character(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
-}
-
-// in_names: also as a part of longer names: "ada" in "ada-2", "lab" in "lab.example.org".
-void replace_words(std::string& text, const std::string& word, std::string_view by, bool in_names) {
-  const auto belongs = [&](char c) {
-    return in_names ? std::isalnum(static_cast<unsigned char>(c)) != 0 : is_word_character(c);
-  };
-  if (word.empty()) return;
-  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
-    const bool begins = at == 0 || !belongs(text[at - 1]);
-    const bool ends = at + word.size() == text.size() || !belongs(text[at + word.size()]);
-    if (begins && ends) text.replace(at, word.size(), by);
-    at += begins && ends ? by.size() : word.size();
-  }
-}
-
 }  // namespace
 
 std::string report_text(const Facts& facts, std::span<const CheckedFinding> findings) {
@@ -146,10 +116,7 @@ nlohmann::json report_json(const Facts& facts, std::span<const CheckedFinding> f
 }
 
 std::string report_file(const Facts& facts, std::span<const CheckedFinding> findings) {
-  std::string text = "Output of `fire3dv doctor`:\n\n```\n" + report_text(facts, findings) + "\n";
-  for (const auto& [name, value] : facts.environment) {
-    if (matters(name)) text += name + "=" + printable_text(value, 1000) + "\n";
-  }
+  std::string text = "```\n" + report_text(facts, findings) + "\n" + variable_lines(facts);
   for (const ManifestFacts& manifest : facts.manifests)
     text += "manifest " + printable_text(manifest.file, 1000) + ": " +
             printable_text(
@@ -161,49 +128,9 @@ std::string report_file(const Facts& facts, std::span<const CheckedFinding> find
   for (const LayerFacts& layer : facts.implicit_layers)
     text +=
         "implicit layer " + printable_text(layer.name, 200) + ": " + printable_text(layer.file, 1000) + "\n";
-  return text + "```\n";
-}
-
-PrivateWords private_words(const Facts& facts) {
-  PrivateWords words;
-  const auto add = [](std::vector<std::string>& list, const std::string& word) {
-    if (!word.empty() && word != "/" && std::find(list.begin(), list.end(), word) == list.end())
-      list.push_back(word);
-  };
-  const auto add_home = [&](std::string folder) {
-    while (folder.ends_with('/')) folder.pop_back();
-    add(words.homes, folder);
-  };
-  add_home(facts.variable("HOME"));
-  for (const char* name : {"USER", "LOGNAME", "SUDO_USER"}) add(words.users, facts.variable(name));
-  if (const passwd* const user = ::getpwuid(::getuid())) {
-    add(words.users, user->pw_name);
-    add_home(user->pw_dir);
-  }
-  std::erase(words.users, "root");  // everybody's
-  std::array<char, 256> host{};
-  if (::gethostname(host.data(), host.size() - 1) == 0) {
-    const std::string name = host.data();
-    add(words.hosts, name);
-    add(words.hosts, name.substr(0, name.find('.')));
-  }
-  std::erase(words.hosts, "localhost");
-  return words;
-}
-
-std::string redacted(std::string text, const PrivateWords& words) {
-  for (const std::string& home : words.homes) replace_words(text, home, "~", false);
-  // Folders of other users, in whole.
-  for (size_t at = text.find("/home/"); at != std::string::npos; at = text.find("/home/", at + 1)) {
-    const size_t begin = at + std::string_view("/home/").size();
-    size_t end = begin;
-    while (end < text.size() && std::string_view("/:;,\"' \n)").find(text[end]) == std::string_view::npos)
-      ++end;
-    text.replace(begin, end - begin, "USER");
-  }
-  for (const std::string& user : words.users) replace_words(text, user, "USER", true);
-  for (const std::string& host : words.hosts) replace_words(text, host, "HOST", true);
-  return text;
+  return "Output of `fire3dv doctor`. Names of its user and of hosts, home folders and IP addresses are "
+         "replaced.\n\n" +
+         redacted(text, private_words(facts)) + "```\n";
 }
 
 }  // namespace fire3dv::doctor

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "renderer/doctor/check.h"
 
@@ -16,16 +15,7 @@ std::string report_text(const Facts& facts, std::span<const CheckedFinding> find
 // Members: version, commit, system, exit_status, devices, cuda_devices, findings (id, level, text, fix).
 nlohmann::json report_json(const Facts& facts, std::span<const CheckedFinding> findings);
 
-// Markdown with the text and the variables that matter. Not redacted.
+// Markdown with the text, the variables that matter, manifests and layers; redacted.
 std::string report_file(const Facts& facts, std::span<const CheckedFinding> findings);
-
-// Words that name the user and the machine.
-struct PrivateWords {
-  std::vector<std::string> homes, users, hosts;
-};
-PrivateWords private_words(const Facts& facts);
-
-// Replaces folders of users by "~", and names of users and of the host by "USER" and "HOST", as whole words.
-std::string redacted(std::string text, const PrivateWords& words);
 
 }  // namespace fire3dv::doctor
