@@ -33,7 +33,7 @@ constexpr size_t kMaxAnswerBytes = 1 << 20;
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(number, SIG_DFL);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGCHLD}) ::signal(number, SIG_DFL);
   if (const int null = ::open("/dev/null", O_RDWR); null >= 0) {  // drivers print
     for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, fd);
   }
@@ -80,6 +80,22 @@ std::optional<int> wait_briefly(pid_t child, Clock::time_point deadline) {
   }
 }
 
+// Children of a process that ignores SIGCHLD, as a parent may have set it, cannot be waited for.
+class WaitableChildren {
+ public:
+  WaitableChildren() {
+    struct sigaction standard {};
+    standard.sa_handler = SIG_DFL;
+    ::sigaction(SIGCHLD, &standard, &before_);
+  }
+  ~WaitableChildren() { ::sigaction(SIGCHLD, &before_, nullptr); }
+  WaitableChildren(const WaitableChildren&) = delete;
+  WaitableChildren& operator=(const WaitableChildren&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
 std::string signal_name(int number) {
   const char* const name = ::sigabbrev_np(number);
   return name ? std::string("SIG") + name : "signal " + std::to_string(number);
@@ -95,6 +111,7 @@ ChildResult run_in_child(const std::function<nlohmann::json()>& experiment, std:
     return result;
   }
   UniqueFd reader(ends[0]), writer(ends[1]);
+  const WaitableChildren waitable;
   const pid_t child = ::fork();
   if (child < 0) {
     result.trial = {Outcome::failed, std::string("no process can be started: ") + std::strerror(errno)};

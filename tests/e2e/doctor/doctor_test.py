@@ -194,6 +194,11 @@ def closed_files(machine):
     machine.findings(status=0, prefix=("sh", "-c", 'exec "$@" <&- 2>&-', "sh"))
 
 
+def children_are_ignored(machine):
+    machine.fake()
+    machine.findings(status=0, prefix=("sh", "-c", 'trap "" CHLD; exec "$@"', "sh"))
+
+
 def driver_without_instance(machine):
     machine.fake("no_instance")
     expect(machine.findings(status=1), "driver-manifests", "error", "fails: it has no vkCreateInstance$", "ldd")
@@ -283,7 +288,7 @@ def read_only_home(machine):
 
 CASES = [good, no_loader, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, no_experiments, closed_files, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:

@@ -47,6 +47,12 @@ TEST(Child, AnEndWithoutAnAnswerIsACrash) {
   EXPECT_EQ(result.trial.detail, "exit status 3");
 }
 
+TEST(Child, AParentThatIgnoresItsChildrenGetsTheirAnswers) {
+  ::signal(SIGCHLD, SIG_IGN);
+  EXPECT_TRUE(run_in_child([] { return nlohmann::json(1); }, kLong).trial.passed());
+  EXPECT_EQ(::signal(SIGCHLD, SIG_DFL), SIG_IGN);
+}
+
 TEST(Child, AChildThatHangsIsKilledWithItsOwnChildren) {
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
