@@ -32,6 +32,11 @@ constexpr uint32_t make_version(uint32_t major, uint32_t minor, uint32_t patch) 
 
 std::vector<Finding> check_loader(const Facts& facts) {
   const LoaderFacts& loader = facts.loader;
+  if (!loader.fault.empty() && !loader.override_file.empty())
+    return {{Level::error,
+             "there is no usable Vulkan loader: " + loader.fault + "; LD_LIBRARY_PATH leads to " +
+                 quote(loader.override_file),
+             "unset LD_LIBRARY_PATH"}};
   if (!loader.fault.empty())
     return {{Level::error, "there is no usable Vulkan loader: " + loader.fault,
              "sudo apt-get install --reinstall libvulkan1 mesa-vulkan-drivers"}};

@@ -31,6 +31,7 @@ struct LoaderFacts {
   std::string fault;     // why it cannot be used; empty: it can
   std::string file;      // empty: unknown
   uint32_t version = 0;  // as VK_MAKE_API_VERSION
+  std::string override_file;  // the first one in a folder of LD_LIBRARY_PATH; empty: none
 };
 
 // Manifest of a Vulkan driver (JSON) that the loader reads.

@@ -37,7 +37,7 @@ void gather_drivers(Facts& facts, Milliseconds limit) {
     facts.loader.file = loader.value.value("file", "");
   } else {
     facts.loader.fault =
-        loader.trial.outcome == Outcome::failed ? loader.trial.detail : "it hangs or crashes";
+        loader.trial.outcome == Outcome::failed ? loader.trial.detail : "loading it " + describe(loader.trial);
   }
   facts.manifests = find_driver_manifests(facts.environment);
   facts.implicit_layers = find_implicit_layers(facts.environment);

@@ -162,6 +162,20 @@ void gather_display(Facts& facts, const path& root) {
   facts.display_fault = connect_fault(root / ("tmp/.X11-unix/X" + number));
 }
 
+void gather_loader(Facts& facts, const path& root) {
+  const std::string folders = facts.variable("LD_LIBRARY_PATH");
+  for (size_t begin = 0; !folders.empty() && begin <= folders.size();) {
+    const size_t end = std::min(folders.find_first_of(":;", begin), folders.size());
+    const path file = path(folders.substr(begin, end - begin)) / "libvulkan.so.1";
+    std::error_code ignored;
+    if (std::filesystem::exists(file.is_absolute() ? root / file.relative_path() : file, ignored)) {
+      facts.loader.override_file = file.string();
+      return;
+    }
+    begin = end + 1;
+  }
+}
+
 void gather_limits(Facts& facts) {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0)
@@ -191,6 +205,7 @@ void gather_system_facts(Facts& facts, const path& root) {
   gather_shared_memory(facts, root);
   if (!facts.cache_folder.empty()) facts.cache_fault = write_fault(facts.cache_folder);
   gather_display(facts, root);
+  gather_loader(facts, root);
   gather_limits(facts);
 }
 

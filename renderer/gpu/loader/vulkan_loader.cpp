@@ -3,6 +3,14 @@
 #include <dlfcn.h>
 #include <vulkan/vulkan.h>
 
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "base/text.h"
+
 // The loader's functions in use. A call of another one is an undefined reference for the linker: add it here.
 // clang-format off
 #define FIRE3DV_VULKAN_FUNCTIONS(X) \
@@ -63,12 +71,31 @@ namespace {
 
 constexpr const char* kLibrary = "libvulkan.so.1";
 
+// A pipe or device in the place of the library, which dlopen() would wait for. LD_LIBRARY_PATH comes first.
+std::string find_unreadable(std::string_view folders) {
+  for (size_t begin = 0; begin <= folders.size();) {
+    const size_t end = std::min(folders.find_first_of(":;", begin), folders.size());
+    const std::filesystem::path file = std::filesystem::path(folders.substr(begin, end - begin)) / kLibrary;
+    std::error_code ignored;
+    const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+    if (std::filesystem::is_regular_file(status)) return "";
+    if (std::filesystem::exists(status)) return file.string();
+    begin = end + 1;
+  }
+  return "";
+}
+
 VulkanLoader load() {
   VulkanLoader loader;
+  if (const char* const folders = std::getenv("LD_LIBRARY_PATH")) {
+    if (const std::string file = find_unreadable(folders); !file.empty()) {
+      loader.fault = printable_text(file, 300) + " is no file";
+      return loader;
+    }
+  }
   // Global, and looked up there: preloaded libraries may stand in for functions.
   if (!::dlopen(kLibrary, RTLD_NOW | RTLD_GLOBAL)) {
-    const char* const reason = ::dlerror();
-    loader.fault = reason ? reason : std::string(kLibrary) + " cannot be loaded";
+    loader.fault = ::dlerror();
     return loader;
   }
   const auto find = [&](const char* name, void*& function) {
@@ -83,11 +110,10 @@ VulkanLoader load() {
   return loader;
 }
 
-const VulkanLoader loaded = load();  // before main(): nothing calls Vulkan earlier
-
 }  // namespace
 
 const VulkanLoader& vulkan_loader() {
+  static const VulkanLoader loaded = load();
   return loaded;
 }
 

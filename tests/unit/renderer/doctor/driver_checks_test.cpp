@@ -34,6 +34,9 @@ TEST(DriverChecks, AMissingLoaderIsTheFirstError) {
   facts.chosen.reset();
   EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"loader"});
   EXPECT_TRUE(mentions(fault(facts, "loader").fix, "apt-get install --reinstall libvulkan1"));
+  facts.loader.override_file = "/opt/lib/libvulkan.so.1";
+  EXPECT_TRUE(mentions(fault(facts, "loader").text, "LD_LIBRARY_PATH leads to \"/opt/lib/libvulkan.so.1\""));
+  EXPECT_EQ(fault(facts, "loader").fix, "unset LD_LIBRARY_PATH");
 }
 
 TEST(DriverChecks, WithoutExperimentsThatIsTheOnlyError) {

@@ -70,6 +70,15 @@ TEST(SystemFacts, TheGroupOfANodeIsNamed) {
   EXPECT_TRUE(group == "ours" || (::getegid() == 0 && group == "root")) << group;
 }
 
+TEST(SystemFacts, ALoaderOfLdLibraryPathIsFound) {
+  const TestRoot root;
+  root.write("opt/b/libvulkan.so.1", "");
+  root.write("opt/c/libvulkan.so.1", "");
+  EXPECT_EQ(facts_of(root, {{"LD_LIBRARY_PATH", "/opt/a::/opt/b:/opt/c"}}).loader.override_file,
+            "/opt/b/libvulkan.so.1");
+  EXPECT_EQ(facts_of(root).loader.override_file, "");
+}
+
 TEST(SystemFacts, TheSystemIsNamed) {
   const TestRoot root;
   root.write("etc/os-release", "ID=debian\nPRETTY_NAME=\"Debian GNU/Linux 12 (bookworm)\"\nNAME=x\n");
