@@ -44,7 +44,11 @@ int run_benchmarks(const Facts& facts, std::chrono::milliseconds limit) {
     rows.push_back(row);
   }
   if (facts.devices.empty())
-    print_log_line("fire3dv", error_line("doctor: there is no Vulkan device; see fire3dv doctor"));
+    print_log_line("fire3dv",
+                   error_line("doctor: there is no Vulkan device" +
+                              (facts.listing.went_wrong() ? ", since listing them " + describe(facts.listing)
+                                                          : std::string()) +
+                              "; see fire3dv doctor"));
   if (!rows.empty()) std::fputs(bench_table(rows).c_str(), stdout);
   return all ? 0 : 1;
 }
@@ -75,7 +79,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   OptionGroup group(app);
   group.add_flag("--json", options.json, "print JSON, with an id for each check");
   group.add("--report", options.report, "FILE",
-            "also write a file for an issue, without names of its user and of hosts, home folders and IP addresses");
+            "also write a file for an issue, without names of its user and of hosts, home folders and IP "
+            "addresses");
   group.add_flag("--bench", options.bench, "print frame times of each device as a Markdown table instead");
   group.add_repeatable("--listen", options.addresses.listen, "URI",
                        "check that this port is free; repeatable");

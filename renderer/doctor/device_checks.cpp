@@ -3,25 +3,16 @@
 #include <string_view>
 
 #include "base/numbers.h"
-#include "base/text.h"
+#include "base/words.h"
 #include "renderer/doctor/check.h"
+#include "renderer/doctor/lines.h"
+#include "renderer/gpu/selection/driver_names.h"
 
 namespace fire3dv::doctor {
 namespace {
 
-constexpr const char* kUnset = "unset VK_DRIVER_FILES VK_ICD_FILENAMES";
-constexpr const char* kInstallDriver =
-    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from a wheel: install the file "
-    "fire3dv_cpu-*.whl, too (docs/install.md)";
-
 std::string title(const DeviceFacts& device) {
   return "device " + std::to_string(device.index) + " (" + device.name + ")";
-}
-
-std::string join(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
 }
 
 bool any_usable(const Facts& facts) {
@@ -29,38 +20,29 @@ bool any_usable(const Facts& facts) {
                      [](const DeviceFacts& d) { return d.usable(); });
 }
 
-// "22.3" of "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"; empty: another driver.
-std::string mesa_version(const std::string& driver) {
-  constexpr std::string_view kMesa = "Mesa ";
-  const size_t at = driver.find(kMesa);
-  if (at == std::string::npos) return "";
-  const std::string rest = driver.substr(at + kMesa.size());
-  const size_t dot = rest.find('.');
-  return dot == std::string::npos ? "" : rest.substr(0, rest.find_first_not_of("0123456789", dot + 1));
-}
-
-// Release whose software driver has all that is required; ray query came with it, too.
-constexpr int kGoodMesa = 25;
-
 bool is_of_old_mesa(const DeviceFacts& device) {
-  const std::string version = mesa_version(device.driver);
-  return parse_number<int>(version.substr(0, version.find('.'))).value_or(kGoodMesa) < kGoodMesa;
+  const std::string version = gpu::mesa_version(device.driver);
+  return parse_number<int>(version.substr(0, version.find('.'))).value_or(gpu::kGoodMesa) < gpu::kGoodMesa;
 }
 
-// Drivers that hang or crash when they list their devices, and the line that leaves them out.
+// Drivers that hang or crash when they are loaded or list their devices, and the line that leaves them out.
 std::vector<Finding> check_listing(const Facts& facts) {
   std::vector<Finding> findings;
-  std::string good;
+  std::vector<std::string> good;
   for (const ManifestFacts& manifest : facts.manifests) {
-    if (manifest.listing.passed()) good += (good.empty() ? "" : ":") + manifest.file;
+    if (manifest.listing.passed()) good.push_back(manifest.file);
   }
+  const std::string fix = !good.empty() ? export_line(facts.drivers_variable(), joined(good, ":"))
+                          : facts.replaces_drivers() ? kUnsetDrivers
+                                                     : kInstallDriver;
   for (const ManifestFacts& manifest : facts.manifests) {
-    if (manifest.listing.outcome != Outcome::hung && manifest.listing.outcome != Outcome::crashed) continue;
-    findings.push_back(
-        {Level::error,
-         "the driver of " + manifest.file + " " + describe(manifest.listing) +
-             " when it lists its devices, and fire3dv with it",
-         good.empty() ? "sudo apt-get install mesa-vulkan-drivers" : "export VK_DRIVER_FILES=" + good});
+    const Trial& trial = manifest.load.ended_badly() ? manifest.load : manifest.listing;
+    if (!trial.ended_badly() || !manifest.hidden_by.empty()) continue;
+    findings.push_back({Level::error,
+                        "the driver of " + manifest.file + " " + describe(trial) +
+                            (manifest.load.passed() ? " when it lists its devices" : " when it is loaded") +
+                            ", and fire3dv with it",
+                        fix});
   }
   if (findings.empty())
     findings.push_back({Level::error, "listing the Vulkan devices " + describe(facts.listing),
@@ -68,23 +50,31 @@ std::vector<Finding> check_listing(const Facts& facts) {
   return findings;
 }
 
+// Nothing lists a device: the reason, where there is one, and a line.
+Finding no_device(const Facts& facts) {
+  const std::string reason = facts.listing.detail.empty() ? "" : ": " + facts.listing.detail;
+  if (reason.starts_with(": FIRE3DV_DEVICE_MASK"))
+    return {Level::error, "no device can be listed" + reason, "unset FIRE3DV_DEVICE_MASK"};
+  return {Level::error, "no driver lists a Vulkan device, so nothing can draw" + reason,
+          facts.replaces_drivers() ? kUnsetDrivers
+          : facts.has_few_files()  ? kMoreFiles
+                                   : kInstallDriver};
+}
+
 std::vector<Finding> check_devices(const Facts& facts) {
   if (!facts.loader.fault.empty()) return {};
-  if (facts.listing.outcome == Outcome::hung || facts.listing.outcome == Outcome::crashed)
-    return check_listing(facts);
-  if (facts.devices.empty())
-    return {{Level::error, "no driver lists a Vulkan device, so nothing can draw",
-             facts.replaces_drivers() ? kUnset
-             : facts.has_few_files()  ? "ulimit -n 1024"
-                                      : kInstallDriver}};
+  if (facts.listing.ended_badly()) return check_listing(facts);
+  if (facts.devices.empty()) return {no_device(facts)};
   std::vector<Finding> findings;
   if (facts.chosen)
-    findings.push_back(
-        {Level::ok, "fire3dv takes " + title(facts.devices[*facts.chosen]) + " by itself", ""});
+    findings.push_back({Level::ok,
+                        "fire3dv takes " + title(facts.devices[*facts.chosen]) + " by itself" +
+                            (facts.layered_listing.went_wrong() ? " once implicit layers are off" : ""),
+                        ""});
   for (const DeviceFacts& device : facts.devices) {
     if (!device.usable() && !is_of_old_mesa(device))  // that is a finding of old-mesa
       findings.push_back({any_usable(facts) ? Level::note : Level::error,
-                          title(device) + " cannot be used, it lacks: " + join(device.missing), ""});
+                          title(device) + " cannot be used, it lacks: " + joined(device.missing), ""});
   }
   return findings;
 }
@@ -92,14 +82,14 @@ std::vector<Finding> check_devices(const Facts& facts) {
 std::vector<Finding> check_mesa(const Facts& facts) {
   for (const DeviceFacts& device : facts.devices) {
     if (!is_of_old_mesa(device)) continue;
-    const std::string version = mesa_version(device.driver);
+    const std::string version = gpu::mesa_version(device.driver);
     const bool debian12 = facts.system.find("bookworm") != std::string::npos;
     const char* const fix = debian12 ? "sudo apt-get install -t bookworm-backports mesa-vulkan-drivers"
                                      : "sudo apt-get update && sudo apt-get install mesa-vulkan-drivers";
     const bool is_chosen = facts.chosen && *facts.chosen == device.index;
     if (!device.usable())
       return {{any_usable(facts) ? Level::note : Level::error,
-               "Mesa " + version + " is too old: " + title(device) + " lacks " + join(device.missing) +
+               "Mesa " + version + " is too old: " + title(device) + " lacks " + joined(device.missing) +
                    "; Mesa 25 works, and docs/install.md says how to add backports",
                fix}};
     if (device.software() && !device.ray_query && is_chosen)
@@ -115,15 +105,16 @@ std::vector<Finding> check_mesa(const Facts& facts) {
 std::vector<Finding> check_software(const Facts& facts) {
   if (!facts.chosen || !facts.devices[*facts.chosen].software()) return {};
   const DeviceFacts& device = facts.devices[*facts.chosen];
-  const bool has_gpu = !facts.gpu_vendors.empty() || !facts.nvidia_nodes.empty() || facts.cuda.passed();
+  const bool has_gpu =
+      !facts.gpu_vendors.empty() || !facts.nvidia_nodes.empty() || !facts.cuda_devices.empty();
   if (!has_gpu)
     return {
         {Level::note, device.name + " draws on the CPU: this machine has no GPU that is visible here", ""}};
-  const std::string vendor = facts.gpu_vendors.empty() ? "NVIDIA" : join(facts.gpu_vendors);
+  const std::string vendor = facts.gpu_vendors.empty() ? "NVIDIA" : joined(facts.gpu_vendors);
   return {{Level::warning,
            device.name + " draws on the CPU although there is a GPU (" + vendor +
                "); --require-gpu makes fire3dv end instead",
-           facts.replaces_drivers() ? kUnset : "fire3dv --require-gpu FILE"}};
+           facts.replaces_drivers() ? kUnsetDrivers : "fire3dv --require-gpu FILE"}};
 }
 
 std::vector<Finding> check_read_back(const Facts& facts) {
@@ -136,10 +127,14 @@ std::vector<Finding> check_read_back(const Facts& facts) {
     for (const DeviceFacts& each : facts.devices) {
       if (each.read_back.passed()) other = std::to_string(each.index);
     }
-    findings.push_back(
-        {Level::error,
-         title(device) + " opens, but drawing and reading back 64x64 pixels " + describe(device.read_back),
-         other.empty() ? "sudo dmesg | tail" : "fire3dv --device " + other + " FILE"});
+    const bool by_layers = device.read_back_without_layers.passed();
+    findings.push_back({Level::error,
+                        title(device) + " opens, but drawing and reading back 64x64 pixels " +
+                            describe(device.read_back) +
+                            (by_layers ? "; without implicit layers it works" : ""),
+                        by_layers       ? layers_off_line(facts.implicit_layers)
+                        : other.empty() ? "sudo dmesg | tail"
+                                        : "fire3dv --device " + other + " FILE"});
   }
   if (!good.empty())
     findings.insert(findings.begin(),
@@ -170,6 +165,9 @@ const DeviceFacts* find_vulkan(const Facts& facts, const CudaDeviceFacts& cuda) 
 }
 
 std::vector<Finding> check_cuda_order(const Facts& facts) {
+  if (facts.cuda.went_wrong())
+    return {
+        {Level::note, "--device cuda:N cannot be used, since CUDA " + describe(facts.cuda), "nvidia-smi"}};
   if (!facts.cuda.passed()) return {};
   std::string pairs, without;
   bool same = true;

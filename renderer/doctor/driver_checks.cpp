@@ -4,30 +4,20 @@
 #include <string_view>
 
 #include "base/text.h"
+#include "base/words.h"
 #include "renderer/doctor/check.h"
 #include "renderer/doctor/driver_manifests.h"
+#include "renderer/doctor/lines.h"
+#include "renderer/gpu/selection/driver_names.h"
 
 namespace fire3dv::doctor {
 namespace {
 
-constexpr const char* kInstallMesa =
-    "sudo apt-get install mesa-vulkan-drivers  # where fire3dv is from a wheel: install the file "
-    "fire3dv_cpu-*.whl, too (docs/install.md)";
-constexpr const char* kMoreFiles = "ulimit -n 1024";
 constexpr const char* kContainerLine =
     "docker run --runtime=nvidia --gpus all -e NVIDIA_DRIVER_CAPABILITIES=all IMAGE";
 
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
-}
-
-std::string version_text(uint32_t version) {
-  return std::to_string(version >> 22 & 0x7F) + "." + std::to_string(version >> 12 & 0x3FF) + "." +
-         std::to_string(version & 0xFFF);
-}
-
-constexpr uint32_t make_version(uint32_t major, uint32_t minor, uint32_t patch) {
-  return major << 22 | minor << 12 | patch;
 }
 
 std::vector<Finding> check_loader(const Facts& facts) {
@@ -48,53 +38,78 @@ std::vector<Finding> check_loader(const Facts& facts) {
            ""}};
 }
 
+Finding ignored_variable(const Facts& facts, const std::string& name, uint32_t since,
+                         const std::string& fix) {
+  return {Level::warning,
+          "the Vulkan loader " + version_text(facts.loader.version) + " ignores the environment variable " +
+              name + "; " + version_text(since) + " reads it",
+          fix};
+}
+
+// Variables that this loader is too old for.
+void add_ignored_variables(const Facts& facts, std::vector<Finding>& findings) {
+  for (const char* name : {"VK_DRIVER_FILES", "VK_ADD_DRIVER_FILES"}) {
+    if (!facts.loader.reads(kReadsDriverFiles) && !facts.variable(name).empty())
+      findings.push_back(ignored_variable(facts, name, kReadsDriverFiles,
+                                          export_line("VK_ICD_FILENAMES", facts.variable(name))));
+  }
+  for (const char* name :
+       {"VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE", "VK_LOADER_LAYERS_DISABLE"}) {
+    if (!facts.loader.reads(kReadsFilters) && !facts.variable(name).empty())
+      findings.push_back(ignored_variable(facts, name, kReadsFilters, std::string("unset ") + name));
+  }
+}
+
+// Variables that filter drivers by the names of their manifests.
+void add_filters(const Facts& facts, std::vector<Finding>& findings) {
+  for (const char* name : {"VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"}) {
+    std::vector<std::string> hidden;
+    for (const ManifestFacts& manifest : facts.manifests) {
+      if (manifest.hidden_by == name) hidden.push_back(manifest.file);
+    }
+    if (hidden.empty()) continue;
+    const bool all = hidden.size() == facts.manifests.size();
+    findings.push_back({all ? Level::error : Level::note,
+                        std::string("the environment variable ") + name + " (" + quote(facts.variable(name)) +
+                            ") hides " + (all ? "all drivers: " : "drivers: ") + joined(hidden),
+                        std::string("unset ") + name});
+  }
+}
+
 // Variables that replace or filter the drivers of the system.
 std::vector<Finding> check_driver_variables(const Facts& facts) {
   std::vector<Finding> findings;
-  for (const char* name :
-       {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"}) {  // the second has no effect beside the first
-    // Loaders of 1.3 take an empty variable for a list of no drivers.
-    if (facts.environment.contains(name) && facts.variable(name).empty() && facts.loader.fault.empty() &&
-        facts.devices.empty())
+  const std::string name = facts.replacing_variable(), title = "the environment variable " + name;
+  bool any = false;
+  for (const ManifestFacts& manifest : facts.manifests) {
+    if (name.empty() || manifest.variable != name) continue;
+    any = true;
+    if (!manifest.fault.empty())
       findings.push_back(
-          {Level::error,
-           std::string("the environment variable ") + name + " is set, but empty, which can hide all drivers",
-           "unset VK_DRIVER_FILES VK_ICD_FILENAMES"});
-    if (facts.variable(name).empty()) continue;
-    const bool any = std::any_of(facts.manifests.begin(), facts.manifests.end(),
-                                 [&](const ManifestFacts& m) { return m.variable == name; });
-    for (const ManifestFacts& manifest : facts.manifests) {
-      if (manifest.variable != name || manifest.fault.empty()) continue;
-      findings.push_back({Level::error,
-                          "the environment variable " + manifest.variable + " names " + quote(manifest.file) +
-                              ": " + manifest.fault,
-                          "unset VK_DRIVER_FILES VK_ICD_FILENAMES"});
-    }
-    if (!any)
-      findings.push_back({Level::error,
-                          std::string("the environment variable ") + name +
-                              " names no driver manifest: " + quote(facts.variable(name)),
-                          "unset VK_DRIVER_FILES VK_ICD_FILENAMES"});
-    if (findings.empty())
-      findings.push_back({Level::note,
-                          std::string("the environment variable ") + name + " leaves only the drivers of " +
-                              quote(facts.variable(name)),
-                          "unset VK_DRIVER_FILES VK_ICD_FILENAMES"});
-    break;
+          {Level::error, title + " names " + quote(manifest.file) + ": " + manifest.fault, kUnsetDrivers});
   }
-  const std::string added = facts.variable("VK_ADD_DRIVER_FILES");
-  if (!added.empty() && facts.loader.fault.empty() && facts.loader.version < make_version(1, 3, 234))
-    findings.push_back({Level::warning,
-                        "the Vulkan loader " + version_text(facts.loader.version) +
-                            " ignores the environment variable VK_ADD_DRIVER_FILES; 1.3.234 reads it",
-                        "export VK_DRIVER_FILES=" + added});
-  for (const char* name : {"VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"}) {
-    if (!facts.variable(name).empty())
-      findings.push_back(
-          {Level::note,
-           std::string("the environment variable ") + name + " hides drivers: " + quote(facts.variable(name)),
-           std::string("unset ") + name});
+  if (!name.empty() && !any)
+    findings.push_back(
+        {Level::error, title + " names no driver manifest: " + quote(facts.variable(name)), kUnsetDrivers});
+  if (!name.empty() && findings.empty())
+    findings.push_back(
+        {Level::note, title + " leaves only the drivers of " + quote(facts.variable(name)), kUnsetDrivers});
+  // Loaders of 1.3 take an empty variable for a list of no drivers.
+  for (const char* empty : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"}) {
+    if (name.empty() && facts.environment.contains(empty) && facts.loader.fault.empty() &&
+        facts.devices.empty() && !facts.listing.ended_badly())
+      findings.push_back({Level::error,
+                          std::string("the environment variable ") + empty +
+                              " is set, but empty, which can hide all drivers",
+                          kUnsetDrivers});
   }
+  add_ignored_variables(facts, findings);
+  add_filters(facts, findings);
+  if (!facts.variable("FIRE3DV_DEVICE_MASK").empty())
+    findings.push_back({Level::note,
+                        "the environment variable FIRE3DV_DEVICE_MASK hides features of all devices: " +
+                            quote(facts.variable("FIRE3DV_DEVICE_MASK")),
+                        "unset FIRE3DV_DEVICE_MASK"});
   return findings;
 }
 
@@ -135,19 +150,25 @@ std::string install_line(const ManifestFacts& manifest, const Facts& facts) {
   const std::string package = package_of(missing);
   if (!package.empty()) return "sudo apt-get install " + package;
   if (is_of_nvidia(manifest) && facts.container) return kContainerLine;
-  if (contains(manifest.library, "/")) return "ldd " + library_to_load(manifest);
+  const std::string file = library_to_load(manifest);
+  // What waits for other processes, such as a pipe, is no library.
+  if (manifest.load.outcome == Outcome::hung)
+    return "ls -lL " + shell_word(manifest.file) + " " + shell_word(file);
+  if (contains(manifest.library, "/")) return "ldd " + shell_word(file);
   if (manifest.library.starts_with("libvulkan_"))
     return "sudo apt-get install --reinstall mesa-vulkan-drivers";
-  return "ldconfig -p | grep " + manifest.library;
+  return "ldconfig -p | grep -F -- " + shell_word(manifest.library);
 }
 
 std::vector<Finding> check_manifests(const Facts& facts) {
   if (!facts.loader.fault.empty()) return {};
   if (facts.manifests.empty())
-    return {{Level::error, "there is no Vulkan driver: no manifest (icd.d/*.json) was found", kInstallMesa}};
+    return {
+        {Level::error, "there is no Vulkan driver: no manifest (icd.d/*.json) was found", kInstallDriver}};
   std::vector<Finding> findings;
   std::string loaded;
   for (const ManifestFacts& manifest : facts.manifests) {
+    if (!manifest.hidden_by.empty()) continue;  // a finding of driver-variables
     const std::string title = manifest.file + " (" + manifest.library + ")";
     // An unreadable file of VK_DRIVER_FILES is a finding of driver-variables.
     if (!manifest.fault.empty()) {
@@ -176,8 +197,30 @@ std::vector<Finding> check_manifests(const Facts& facts) {
   return findings;
 }
 
+// Implicit layers that break the listing of devices.
+std::vector<Finding> check_broken_layers(const Facts& facts) {
+  std::vector<Finding> findings;
+  std::vector<std::string> names;
+  for (const LayerFacts& layer : facts.implicit_layers) {
+    names.push_back(layer.name);
+    if (layer.listing.went_wrong())
+      findings.push_back({Level::error,
+                          "listing the Vulkan devices " + describe(layer.listing) +
+                              " by the implicit layer " + layer.name + " of " + layer.file +
+                              ", and fire3dv with it",
+                          layers_off_line({layer})});
+  }
+  if (findings.empty())
+    findings.push_back({Level::error,
+                        "listing the Vulkan devices " + describe(facts.layered_listing) +
+                            " by implicit layers together, and fire3dv with it: " + joined(names),
+                        layers_off_line(facts.implicit_layers)});
+  return findings;
+}
+
 std::vector<Finding> check_layers(const Facts& facts) {
   if (facts.implicit_layers.empty()) return {};
+  if (facts.layered_listing.went_wrong()) return check_broken_layers(facts);
   // Mesa installs this one with its drivers; it only orders the devices.
   constexpr std::string_view kHarmless = "VK_LAYER_MESA_device_select";
   std::string names;
@@ -188,10 +231,8 @@ std::vector<Finding> check_layers(const Facts& facts) {
   }
   if (harmless) return {{Level::ok, "the only implicit Vulkan layer is Mesa's, which orders devices", ""}};
   return {{Level::note, "implicit Vulkan layers are active, and may change or break images: " + names,
-           "export VK_LOADER_LAYERS_DISABLE='~implicit~'"}};
+           layers_off_line(facts.implicit_layers)}};
 }
-
-constexpr uint32_t kNvidia = 0x10de;
 
 std::string nvidia_major(const Facts& facts) {
   return facts.nvidia_driver.substr(0, facts.nvidia_driver.find('.'));
@@ -199,12 +240,12 @@ std::string nvidia_major(const Facts& facts) {
 
 // CUDA or its device nodes are there, and no Vulkan device of NVIDIA.
 std::vector<Finding> check_nvidia(const Facts& facts) {
-  const bool has_gpu = !facts.nvidia_nodes.empty() || facts.cuda.passed();
+  const bool has_gpu = !facts.nvidia_nodes.empty() || !facts.cuda_devices.empty();
   const bool draws = std::any_of(facts.devices.begin(), facts.devices.end(),
-                                 [](const DeviceFacts& d) { return d.vendor_id == kNvidia; });
+                                 [](const DeviceFacts& d) { return d.vendor_id == gpu::kNvidia; });
   if (!has_gpu || facts.wsl || facts.replaces_drivers()) return {};
   if (draws) return {{Level::ok, "NVIDIA's GPU is there for Vulkan, too", ""}};
-  const std::string seen = facts.cuda.passed() ? "CUDA works" : "NVIDIA's device nodes are there";
+  const std::string seen = !facts.cuda_devices.empty() ? "CUDA works" : "NVIDIA's device nodes are there";
   const auto manifest = std::find_if(facts.manifests.begin(), facts.manifests.end(), is_of_nvidia);
   if (manifest == facts.manifests.end()) {
     const std::string capabilities = facts.variable("NVIDIA_DRIVER_CAPABILITIES");
@@ -226,6 +267,10 @@ std::vector<Finding> check_nvidia(const Facts& facts) {
                  describe(manifest->load),
              install_line(*manifest, facts)}};
   }
+  // Otherwise other findings say what is wrong.
+  if (!manifest->load.passed() || !manifest->hidden_by.empty() || !facts.loader.fault.empty() ||
+      facts.listing.ended_badly())
+    return {};
   // Seen on a server: the driver loads its X11 and OpenGL libraries itself, and is silent about missing ones.
   return {{Level::error,
            seen +
@@ -236,11 +281,16 @@ std::vector<Finding> check_nvidia(const Facts& facts) {
 
 std::vector<Finding> check_wsl(const Facts& facts) {
   if (!facts.wsl) return {};
+  const auto software =
+      std::find_if(facts.manifests.begin(), facts.manifests.end(),
+                   [](const ManifestFacts& manifest) { return contains(manifest.library, "vulkan_lvp"); });
   return {
       {Level::warning,
        "this is WSL 2: its GPU driver (Mesa's dzn) is not a conformant Vulkan implementation, and FIRE-3DV "
        "was not tried with it; the software driver draws, and Mesa's device-select layer can crash",
-       "export NODEVICE_SELECT=1 VK_LOADER_DRIVERS_SELECT='*lvp*'"}};
+       "export NODEVICE_SELECT=1" + (software == facts.manifests.end()
+                                         ? ""
+                                         : " " + assignment(facts.drivers_variable(), software->file))}};
 }
 
 constexpr Check kDriverChecks[] = {

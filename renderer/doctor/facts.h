@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/doctor/loader_rules.h"
+
 namespace fire3dv::doctor {
 
 // Outcome of an experiment in a child process.
@@ -24,6 +26,7 @@ struct Trial {
 
   bool passed() const { return outcome == Outcome::passed; }
   bool went_wrong() const { return !passed() && outcome != Outcome::not_tried; }
+  bool ended_badly() const { return outcome == Outcome::hung || outcome == Outcome::crashed; }
 };
 
 // The Vulkan loader, libvulkan.so.1.
@@ -32,6 +35,9 @@ struct LoaderFacts {
   std::string file;      // empty: unknown
   uint32_t version = 0;  // as VK_MAKE_API_VERSION
   std::string override_file;  // the first one in a folder of LD_LIBRARY_PATH; empty: none
+
+  // Of a version constant of loader_rules.h. True for an unknown loader.
+  bool reads(uint32_t since) const { return version == 0 || version >= since; }
 };
 
 // Manifest of a Vulkan driver (JSON) that the loader reads.
@@ -42,11 +48,14 @@ struct ManifestFacts {
   std::string fault;     // why the manifest itself cannot be read; empty: it can
   Trial load;            // dlopen of the library; detail: the text of dlerror()
   Trial listing;         // of its devices alone; tried where the listing of all of them breaks
+  std::string hidden_by;  // environment variable that filters it out; empty: none
 };
 
 struct LayerFacts {
   std::string name;  // VK_LAYER_...
   std::string file;
+  std::string variable, value;  // of the environment, that switch it off
+  Trial listing;  // of the devices with this implicit layer alone; tried where their listing with all breaks
 };
 
 // Vulkan device, as fire3dv --list-devices numbers them.
@@ -62,6 +71,7 @@ struct DeviceFacts {
   bool ray_query = false;
   bool ray_tracing_pipeline = false;
   Trial read_back;  // 64x64 pixels, cleared and copied to the CPU
+  Trial read_back_without_layers;  // tried where that goes wrong, and there are implicit layers
   Trial ray;        // one ray against one triangle; not tried: the device claims no ray query
 
   bool usable() const { return missing.empty(); }
@@ -96,6 +106,8 @@ struct Facts {
   std::vector<ManifestFacts> manifests;
   std::vector<LayerFacts> implicit_layers;  // active ones
   Trial listing;                            // of the devices by all drivers
+  // The same with implicit layers, where those are the fault: then all else was tried without them.
+  Trial layered_listing;
   std::vector<DeviceFacts> devices;
   std::optional<uint32_t> chosen;  // index of the device that fire3dv takes by itself
 
@@ -103,7 +115,7 @@ struct Facts {
   std::vector<NodeFacts> render_nodes;   // /dev/dri/renderD*
   std::vector<NodeFacts> nvidia_nodes;   // /dev/nvidia0, ..., /dev/nvidiactl
   std::string nvidia_driver;             // version of the kernel's driver; empty: none
-  Trial cuda;                            // libcuda loads and lists devices; not tried: there is none
+  Trial cuda;                            // libcuda loads and lists devices, if any; not tried: there is none
   std::vector<CudaDeviceFacts> cuda_devices;
   bool container = false;
   bool wsl = false;    // Windows Subsystem for Linux
@@ -127,9 +139,15 @@ struct Facts {
   // Drivers, links and 64 peers need these.
   static constexpr uint64_t kOpenFiles = 256;
   bool has_few_files() const { return open_files_limit < kOpenFiles; }
-  // True if variables replace the drivers of the system.
-  bool replaces_drivers() const {
-    return !variable("VK_DRIVER_FILES").empty() || !variable("VK_ICD_FILENAMES").empty();
+  // The environment variable that replaces the drivers of the system; empty: none.
+  std::string replacing_variable() const {
+    if (loader.reads(kReadsDriverFiles) && !variable("VK_DRIVER_FILES").empty()) return "VK_DRIVER_FILES";
+    return variable("VK_ICD_FILENAMES").empty() ? "" : "VK_ICD_FILENAMES";
+  }
+  bool replaces_drivers() const { return !replacing_variable().empty(); }
+  // The variable that this loader reads, for lines to type.
+  std::string drivers_variable() const {
+    return loader.reads(kReadsDriverFiles) ? "VK_DRIVER_FILES" : "VK_ICD_FILENAMES";
   }
   // Value of an environment variable; empty: not set.
   std::string variable(const std::string& name) const {

@@ -12,23 +12,13 @@
 #include "renderer/doctor/driver_manifests.h"
 #include "renderer/doctor/system_facts.h"
 #include "renderer/gpu/selection/device_choice.h"
+#include "renderer/gpu/selection/driver_names.h"
 #include "renderer/loading/disk_caches.h"
 
 namespace fire3dv::doctor {
 namespace {
 
 using Milliseconds = std::chrono::milliseconds;
-
-const char* vendor_name(uint32_t vendor) {
-  switch (vendor) {
-    case 0x1002:
-      return "AMD";
-    case 0x8086:
-      return "Intel";
-    default:
-      return "NVIDIA";
-  }
-}
 
 void gather_drivers(Facts& facts, Milliseconds limit) {
   const ChildResult loader = run_in_child(probe_loader, limit);
@@ -39,10 +29,10 @@ void gather_drivers(Facts& facts, Milliseconds limit) {
     facts.loader.fault =
         loader.trial.outcome == Outcome::failed ? loader.trial.detail : "loading it " + describe(loader.trial);
   }
-  facts.manifests = find_driver_manifests(facts.environment);
-  facts.implicit_layers = find_implicit_layers(facts.environment);
+  facts.manifests = find_driver_manifests(facts.environment, facts.loader);
+  facts.implicit_layers = find_implicit_layers(facts.environment, facts.loader);
   for (ManifestFacts& manifest : facts.manifests) {
-    if (manifest.fault.empty())
+    if (manifest.fault.empty() && manifest.hidden_by.empty())
       manifest.load = run_in_child([&] { return probe_library(library_to_load(manifest)); }, limit).trial;
   }
 }
@@ -62,15 +52,70 @@ DeviceFacts device_facts(const nlohmann::json& json) {
   return device;
 }
 
+void set_variables(const std::vector<LayerFacts>& layers) {
+  for (const LayerFacts& layer : layers) ::setenv(layer.variable.c_str(), layer.value.c_str(), 1);
+}
+
+// Lists the devices without these implicit layers.
+ChildResult list_without(const std::vector<LayerFacts>& layers, Milliseconds limit) {
+  return run_in_child(
+      [&] {
+        set_variables(layers);
+        return probe_devices();
+      },
+      limit);
+}
+
+// Where listing the devices fails by implicit layers, they are switched off for all that follows, and each is
+// tried alone.
+ChildResult list_devices(Facts& facts, Milliseconds limit) {
+  const ChildResult listed = run_in_child(probe_devices, limit);
+  if (listed.trial.passed() || facts.implicit_layers.empty()) return listed;
+  ChildResult without = list_without(facts.implicit_layers, limit);
+  const bool layers_are_the_fault =
+      without.trial.passed() || (listed.trial.ended_badly() && !without.trial.ended_badly());
+  if (!layers_are_the_fault) return listed;
+  facts.layered_listing = listed.trial;
+  for (LayerFacts& layer : facts.implicit_layers) {
+    std::vector<LayerFacts> others;
+    for (const LayerFacts& other : facts.implicit_layers) {
+      if (other.name != layer.name) others.push_back(other);
+    }
+    layer.listing = others.empty() ? listed.trial : list_without(others, limit).trial;
+    if (layer.listing.outcome != listed.trial.outcome) layer.listing = {};
+  }
+  set_variables(facts.implicit_layers);
+  return without;
+}
+
+void try_device(const Facts& facts, DeviceFacts& device, Milliseconds limit) {
+  device.read_back = run_in_child([&] { return probe_read_back(device.index); }, limit).trial;
+  const bool has_layers = !facts.implicit_layers.empty() && !facts.layered_listing.went_wrong();
+  if (!device.read_back.passed() && has_layers)
+    device.read_back_without_layers = run_in_child(
+                                          [&] {
+                                            set_variables(facts.implicit_layers);
+                                            return probe_read_back(device.index);
+                                          },
+                                          limit)
+                                          .trial;
+  if (device.read_back.passed() && (device.ray_query || device.ray_tracing_pipeline))
+    device.ray = run_in_child([&] { return probe_ray(device.index); }, limit).trial;
+}
+
 void gather_devices(Facts& facts, Milliseconds limit) {
   if (!facts.loader.fault.empty()) return;
-  const ChildResult listed = run_in_child(probe_devices, limit);
+  const ChildResult listed = list_devices(facts, limit);
   facts.listing = listed.trial;
-  if (listed.trial.outcome == Outcome::hung || listed.trial.outcome == Outcome::crashed) {
-    for (ManifestFacts& manifest : facts.manifests) {
-      if (manifest.load.passed())
-        manifest.listing = run_in_child([&] { return probe_driver(manifest.file); }, limit).trial;
-    }
+  for (ManifestFacts& manifest : facts.manifests) {
+    if (listed.trial.ended_badly() && manifest.load.passed())
+      manifest.listing = run_in_child(
+                             [&] {
+                               set_variables(facts.implicit_layers);
+                               return probe_driver(manifest.file);
+                             },
+                             limit)
+                             .trial;
   }
   if (!listed.trial.passed()) return;
   for (const nlohmann::json& json : listed.value.at("devices")) facts.devices.push_back(device_facts(json));
@@ -78,10 +123,7 @@ void gather_devices(Facts& facts, Milliseconds limit) {
   if (chosen.is_number() && chosen.get<uint32_t>() < facts.devices.size())
     facts.chosen = chosen.get<uint32_t>();
   for (DeviceFacts& device : facts.devices) {
-    if (!device.usable()) continue;
-    device.read_back = run_in_child([&] { return probe_read_back(device.index); }, limit).trial;
-    if (device.read_back.passed() && (device.ray_query || device.ray_tracing_pipeline))
-      device.ray = run_in_child([&] { return probe_ray(device.index); }, limit).trial;
+    if (device.usable()) try_device(facts, device, limit);
   }
 }
 
@@ -127,7 +169,7 @@ Facts gather_facts(const Addresses& addresses, Milliseconds limit) {
     facts.cache_folder = pipelines->parent_path().string();
   gather_system_facts(facts);
   for (const uint32_t vendor : gpu::graphics_vendors_present())
-    facts.gpu_vendors.emplace_back(vendor_name(vendor));
+    facts.gpu_vendors.emplace_back(gpu::vendor_name(vendor));
   const Trial nothing = run_in_child([] { return nlohmann::json(); }, limit).trial;
   if (!nothing.passed()) {
     facts.experiments_fault = nothing.outcome == Outcome::failed ? nothing.detail : describe(nothing);

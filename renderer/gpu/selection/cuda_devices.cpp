@@ -34,7 +34,7 @@ bool load_symbol(void* library, const char* name, Function& function) {
 std::string result_text(const CudaFunctions& cuda, const char* call, int result) {
   const char* name = nullptr;
   if (cuda.error_name(result, &name) != 0 || !name) name = "error";
-  return std::string(call) + " says " + name + " (" + std::to_string(result) + ")";
+  return std::string(call) + " returned " + name + " (" + std::to_string(result) + ")";
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "renderer/gpu/selection/driver_names.h"
 
 namespace fire3dv::gpu {
 namespace {
-
-constexpr uint32_t kNvidia = 0x10de;
 
 bool is_nvidia_gpu(const DeviceReport& report) {
   return report.vendor_id == kNvidia && report.type != DeviceType::software;

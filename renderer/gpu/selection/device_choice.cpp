@@ -7,52 +7,20 @@
 #include <span>
 
 #include "base/text.h"
+#include "base/words.h"
 #include "renderer/gpu/device/driver_files.h"
 #include "renderer/gpu/selection/cuda_filter.h"
 #include "renderer/gpu/selection/device_request.h"
+#include "renderer/gpu/selection/driver_names.h"
 
 namespace fire3dv::gpu {
 namespace {
-
-std::string join(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
-}
 
 std::string listing(const std::vector<DeviceReport>& reports) {
   std::string text;
   for (const DeviceReport& report : reports)
     text += "\n  " + describe(report) + "; " + describe_identity(report);
   return text;
-}
-
-// Vendors of GPUs that can have a Vulkan driver. Display controllers of virtual machines and server consoles
-// have none.
-const char* vendor_name(uint32_t vendor_id) {
-  switch (vendor_id) {
-    case 0x10de:
-      return "NVIDIA";
-    case 0x1002:
-      return "AMD";
-    case 0x8086:
-      return "Intel";
-    default:
-      return nullptr;
-  }
-}
-
-constexpr int kGoodMesa = 25;  // major version whose software driver has all that is required
-
-// "22.3" of "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"; empty: another driver.
-std::string mesa_version(const std::string& driver) {
-  constexpr std::string_view kMesa = "Mesa ";
-  const size_t at = driver.find(kMesa);
-  if (at == std::string::npos) return "";
-  const std::string rest = driver.substr(at + kMesa.size());
-  const size_t minor = rest.find('.');
-  if (minor == std::string::npos) return "";
-  return rest.substr(0, rest.find_first_not_of("0123456789", minor + 1));
 }
 
 // Where an unusable device's driver is of an old Mesa: how to update it. Starts with a separator.
@@ -149,7 +117,7 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
         std::any_of(candidates.begin(), candidates.end(), [](auto* r) { return r->usable(); });
     if (!any_usable) {
       return Error{option + candidates[0]->name + " cannot be used, it lacks: " +
-                   join(candidates[0]->missing) + mesa_update({candidates[0], 1})};
+                   joined(candidates[0]->missing) + mesa_update({candidates[0], 1})};
     }
   } else {
     const CudaFilter cuda = filter_by_cuda(reports, host);
@@ -184,7 +152,7 @@ Result<DeviceChoice> choose_device(const std::vector<DeviceReport>& reports, std
   if (wanted.empty()) {
     for (const DeviceReport& report : reports) {
       if (!report.usable() && rank(report.type) < rank(best->type)) {
-        choice.notes.push_back(report.name + " was not taken: it lacks " + join(report.missing));
+        choice.notes.push_back(report.name + " was not taken: it lacks " + joined(report.missing));
       }
     }
   }

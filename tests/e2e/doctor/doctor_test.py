@@ -1,6 +1,6 @@
 """fire3dv doctor on broken set-ups: each is named by its check, with a line to type, and the exit status tells.
 
-doctor_test.py FIRE3DV FAKE_DRIVER [CASE...]
+doctor_test.py FIRE3DV FAKE_DRIVER FAKE_LAYER FAKE_CUDA [CASE...]
 """
 import json
 import os
@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 
-FIRE3DV, FAKE_DRIVER, *ONLY = sys.argv[1:]
+FIRE3DV, FAKE_DRIVER, FAKE_LAYER, FAKE_CUDA, *ONLY = sys.argv[1:]
 GOOD_DRIVERS = os.environ["VK_DRIVER_FILES"]
 HANG_S = 300
 LIMIT_S = "120"  # of each experiment; far above the usual time, but where a driver hangs on purpose
@@ -36,6 +36,14 @@ class Machine:
 
     def manifest(self, library, name="icd.json"):
         return self.write(name, json.dumps({"file_format_version": "1.0.0", "ICD": {"library_path": library, "api_version": "1.3.0"}}))
+
+    def layer(self, name, library):
+        """An implicit layer that NO_NAME switches off."""
+        self.env["XDG_DATA_HOME"] = self.folder
+        os.makedirs(os.path.join(self.folder, "vulkan/implicit_layer.d"), exist_ok=True)
+        self.write(f"vulkan/implicit_layer.d/{name}.json", json.dumps({"file_format_version": "1.0.0", "layer": {
+            "name": f"VK_LAYER_TEST_{name}", "type": "GLOBAL", "library_path": library, "api_version": "1.3.0", "implementation_version": "1",
+            "description": name, "disable_environment": {f"NO_{name.upper()}": "1"}}}))
 
     def fake(self, way=None):
         """The only driver is the fake one, which breaks in this way."""
@@ -123,6 +131,18 @@ def fake_works(machine):
     machine.fake()
     found = machine.findings(status=0)
     assert "read-back" not in found and "ray-tracing" not in found, found
+
+
+def gpu_before_added_software(machine):
+    """The wheel adds its software driver to those of the system: a GPU is taken all the same."""
+    del machine.env["VK_DRIVER_FILES"]
+    os.makedirs(os.path.join(machine.folder, "vulkan/icd.d"))
+    machine.manifest(FAKE_DRIVER, "vulkan/icd.d/gpu.json")
+    machine.env |= {"VK_ADD_DRIVER_FILES": GOOD_DRIVERS, "XDG_DATA_HOME": machine.folder, "XDG_DATA_DIRS": "/nowhere", "XDG_CONFIG_DIRS": "/nowhere"}
+    report = json.loads(machine.run("--json").stdout)
+    types = {each["type"]: each["name"] for each in report["devices"]}
+    assert types["discrete GPU"] == "fake GPU" and "llvmpipe" in types["software"], report["devices"]
+    assert any(re.fullmatch(r"fire3dv takes device \d \(fake GPU\) by itself", each["text"]) for each in report["findings"]), report["findings"]
 
 
 def crash_on_load(machine):
@@ -225,12 +245,49 @@ def port_in_use(machine):
 
 def foreign_layer(machine):
     machine.fake()
-    machine.env["XDG_DATA_HOME"] = machine.folder
-    os.makedirs(os.path.join(machine.folder, "vulkan/implicit_layer.d"))
-    machine.write("vulkan/implicit_layer.d/x.json", json.dumps({"file_format_version": "1.0.0", "layer": {
-        "name": "VK_LAYER_TEST_x", "type": "GLOBAL", "library_path": "x.so", "api_version": "1.3.0", "implementation_version": "1",
-        "description": "x", "disable_environment": {"NO_TEST_X": "1"}}}))
-    expect(machine.findings(status=0), "implicit-layers", "note", "VK_LAYER_TEST_x", "VK_LOADER_LAYERS_DISABLE")
+    machine.layer("x", "x.so")
+    expect(machine.findings(status=0), "implicit-layers", "note", "VK_LAYER_TEST_x", "^export .*NO_X=1")
+
+
+def layer_hangs(machine):
+    machine.fake()
+    machine.layer("good", "no_such_layer.so")
+    machine.layer("bad", FAKE_LAYER)
+    found = machine.findings(status=1, limit_s="5")
+    expect(found, "implicit-layers", "error", "hangs by the implicit layer VK_LAYER_TEST_bad of ", "^export NO_BAD=1$")
+    assert [name for name, each in found.items() if each["level"] == "error"] == ["implicit-layers"], found
+    machine.env["VK_LOADER_LAYERS_DISABLE"] = "*test_b*"
+    expect(machine.findings(status=0), "implicit-layers", "note", "VK_LAYER_TEST_good$")
+
+
+def cuda_without_a_device(machine):
+    machine.fake()
+    os.symlink(FAKE_CUDA, os.path.join(machine.folder, "libcuda.so.1"))
+    machine.env["LD_LIBRARY_PATH"] = machine.folder
+    assert "nvidia-without-vulkan" not in machine.findings(status=0)
+
+
+def hidden_driver(machine):
+    machine.fake()
+    machine.env["VK_LOADER_DRIVERS_DISABLE"] = "*ICD*"
+    found = machine.findings(status=1)
+    expect(found, "driver-variables", "error", "VK_LOADER_DRIVERS_DISABLE .* hides all drivers: .*icd.json", "^unset VK_LOADER_DRIVERS_DISABLE$")
+
+
+def library_is_a_pipe(machine):
+    pipe = os.path.join(machine.folder, "pipe.so")
+    os.mkfifo(pipe)
+    machine.env["VK_DRIVER_FILES"] = machine.manifest(pipe) + ":" + GOOD_DRIVERS
+    found = machine.findings(status=1, limit_s="5")
+    expect(found, "driver-manifests", "warning", "pipe.so hangs", "^ls -lL ")
+    expect(found, "devices", "error", "icd.json hangs when it is loaded", "^export VK_DRIVER_FILES=" + re.escape(GOOD_DRIVERS))
+
+
+def deep_or_empty_manifest(machine):
+    machine.env["VK_DRIVER_FILES"] = machine.write("deep.json", '{"ICD":' + "[" * 100000 + "]" * 100000 + "}")
+    expect(machine.findings(status=1), "driver-variables", "error", "nested deeper than 32 levels")
+    machine.env["VK_DRIVER_FILES"] = machine.manifest("")
+    expect(machine.findings(status=1), "driver-variables", "error", "library_path is empty")
 
 
 def report_for_an_issue(machine):
@@ -295,9 +352,9 @@ def read_only_home(machine):
         expect(found, "cache", "warning", "cannot be written (.*Read-only file system)", "XDG_CACHE_HOME")
 
 
-CASES = [good, no_loader, loader_is_a_pipe, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, crash_on_load,
+CASES = [good, no_loader, loader_is_a_pipe, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, gpu_before_added_software, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, layer_hangs, cuda_without_a_device, hidden_driver, library_is_a_pipe, deep_or_empty_manifest, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:

@@ -19,8 +19,42 @@ TEST(DeviceChecks, ADriverThatHangsOrCrashesIsNamed) {
   EXPECT_TRUE(mentions(fault(facts, "devices").text,
                        "the driver of /usr/share/vulkan/icd.d/nvidia_icd.json crashes"));
   EXPECT_EQ(fault(facts, "devices").fix, "export VK_DRIVER_FILES=/usr/share/vulkan/icd.d/lvp_icd.json");
+  facts.loader.version = make_version(1, 3, 204);
+  EXPECT_EQ(fault(facts, "devices").fix, "export VK_ICD_FILENAMES=/usr/share/vulkan/icd.d/lvp_icd.json");
+  facts.manifests[0].load = {Outcome::hung, ""};
+  EXPECT_TRUE(mentions(fault(facts, "devices").text, "nvidia_icd.json hangs when it is loaded"));
   facts.listing = {Outcome::passed, ""};
   EXPECT_TRUE(mentions(fault(facts, "devices").text, "no driver lists a Vulkan device"));
+}
+
+TEST(DeviceChecks, TheReasonOfAFailedListingIsNamed) {
+  Facts facts = software_machine();
+  facts.devices.clear();
+  facts.chosen.reset();
+  facts.listing = {Outcome::failed, "cannot create a Vulkan instance: out of host memory"};
+  EXPECT_EQ(fault(facts, "devices").text,
+            "no driver lists a Vulkan device, so nothing can draw: cannot create a Vulkan instance: out of "
+            "host memory");
+  facts.listing.detail = "FIRE3DV_DEVICE_MASK: unknown word \"x\"";
+  EXPECT_EQ(fault(facts, "devices").fix, "unset FIRE3DV_DEVICE_MASK");
+}
+
+TEST(DeviceChecks, AReadBackThatLayersBreakIsTheirs) {
+  Facts facts = software_machine();
+  facts.implicit_layers = {{"VK_LAYER_a", "/a.json", "NO_A", "1", {}}};
+  facts.devices[0].read_back = {Outcome::crashed, "SIGSEGV"};
+  facts.devices[0].ray = {};
+  facts.devices[0].read_back_without_layers = {Outcome::passed, ""};
+  EXPECT_TRUE(
+      mentions(fault(facts, "read-back").text, "crashes (SIGSEGV); without implicit layers it works"));
+  EXPECT_EQ(fault(facts, "read-back").fix, "export NO_A=1");
+}
+
+TEST(DeviceChecks, CudaThatFailsIsNoted) {
+  Facts facts = good_machine();
+  facts.cuda = {Outcome::failed, "cuInit returned CUDA_ERROR_SYSTEM_DRIVER_MISMATCH (803)"};
+  facts.cuda_devices.clear();
+  EXPECT_TRUE(mentions(fault(facts, "cuda-order").text, "since CUDA fails: cuInit returned"));
 }
 
 TEST(DeviceChecks, OldMesaGetsBackportsOnDebian12) {

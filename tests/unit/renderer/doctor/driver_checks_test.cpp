@@ -127,9 +127,48 @@ TEST(DriverChecks, DriverVariablesThatLeadNowhereAreErrors) {
 TEST(DriverChecks, AnOldLoaderIgnoresAddedDrivers) {
   Facts facts = software_machine();
   facts.environment["VK_ADD_DRIVER_FILES"] = "/wheel/lvp.json";
-  facts.loader.version = 1u << 22 | 3u << 12 | 204u;
+  facts.loader.version = make_version(1, 3, 204);
   EXPECT_TRUE(
       mentions(fault(facts, "driver-variables").text, "ignores the environment variable VK_ADD_DRIVER"));
+  facts.environment = {{"VK_DRIVER_FILES", "/my drivers/lvp.json"}};
+  EXPECT_FALSE(facts.replaces_drivers());
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::warning);
+  EXPECT_TRUE(mentions(fault(facts, "driver-variables").text,
+                       "1.3.204 ignores the environment variable VK_DRIVER_FILES"));
+  EXPECT_EQ(fault(facts, "driver-variables").fix, "export VK_ICD_FILENAMES='/my drivers/lvp.json'");
+  facts.environment = {{"VK_LOADER_DRIVERS_SELECT", "*nvidia*"}};
+  EXPECT_TRUE(mentions(fault(facts, "driver-variables").text, "1.3.234 reads it"));
+  facts.environment.clear();
+  facts.wsl = true;
+  EXPECT_EQ(fault(facts, "wsl").fix,
+            "export NODEVICE_SELECT=1 VK_ICD_FILENAMES=/usr/share/vulkan/icd.d/lvp_icd.json");
+}
+
+TEST(DriverChecks, FiltersOfDriversNameWhatTheyHide) {
+  Facts facts = good_machine();
+  facts.environment["VK_LOADER_DRIVERS_DISABLE"] = "*nvidia*";
+  facts.manifests[0].hidden_by = "VK_LOADER_DRIVERS_DISABLE";
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::note);
+  EXPECT_TRUE(mentions(
+      fault(facts, "driver-variables").text,
+      "VK_LOADER_DRIVERS_DISABLE (\"*nvidia*\") hides drivers: /usr/share/vulkan/icd.d/nvidia_icd.json"));
+  facts.manifests[1].hidden_by = "VK_LOADER_DRIVERS_DISABLE";
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::error);
+  EXPECT_EQ(fault(facts, "driver-manifests").level, Level::ok);
+  facts.manifests[0].hidden_by = facts.manifests[1].hidden_by = "";
+  EXPECT_EQ(fault(facts, "driver-variables").level, Level::ok) << "it hides nothing";
+}
+
+TEST(DriverChecks, LinesAreQuotedForAShell) {
+  Facts facts = software_machine();
+  facts.manifests[0].load = {Outcome::failed, "x.so: cannot open shared object file"};
+  facts.manifests[0].library = "x;reboot.so";
+  EXPECT_EQ(fault(facts, "driver-manifests").fix, "ldconfig -p | grep -F -- 'x;reboot.so'");
+  facts.manifests[0].library = "/a b/$(reboot).so";
+  EXPECT_EQ(fault(facts, "driver-manifests").fix, "ldd '/a b/$(reboot).so'");
+  facts.manifests[0].load = {Outcome::hung, ""};
+  EXPECT_EQ(fault(facts, "driver-manifests").fix,
+            "ls -lL /usr/share/vulkan/icd.d/lvp_icd.json '/a b/$(reboot).so'");
 }
 
 TEST(DriverChecks, ForeignImplicitLayersAreNoted) {
@@ -140,12 +179,51 @@ TEST(DriverChecks, ForeignImplicitLayersAreNoted) {
   EXPECT_TRUE(mentions(fault(facts, "implicit-layers").text, "VK_LAYER_NV_optimus"));
 }
 
+TEST(DriverChecks, LayersThatBreakTheListingAreNamed) {
+  Facts facts = good_machine();
+  facts.implicit_layers = {{"VK_LAYER_a", "/a.json", "NO_A", "1", {}},
+                           {"VK_LAYER_b", "/b.json", "NO_B", "a b", {}}};
+  facts.layered_listing = {Outcome::hung, ""};
+  EXPECT_TRUE(mentions(fault(facts, "implicit-layers").text, "hangs by implicit layers together"));
+  EXPECT_EQ(fault(facts, "implicit-layers").fix, "export NO_A=1 NO_B='a b'");
+  facts.implicit_layers[1].listing = {Outcome::hung, ""};
+  EXPECT_TRUE(
+      mentions(fault(facts, "implicit-layers").text, "hangs by the implicit layer VK_LAYER_b of /b.json"));
+  EXPECT_EQ(fault(facts, "implicit-layers").fix, "export NO_B='a b'");
+  EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"implicit-layers"});
+}
+
 Facts cuda_without_vulkan() {
   Facts facts = software_machine();
   facts.nvidia_nodes = good_machine().nvidia_nodes;
   facts.cuda = {Outcome::passed, ""};
+  facts.cuda_devices = good_machine().cuda_devices;
   facts.nvidia_driver = "580.65.06";
   return facts;
+}
+
+TEST(DriverChecks, CudaWithoutADeviceIsNoGpu) {
+  Facts facts = software_machine();
+  facts.cuda = {Outcome::passed, ""};
+  EXPECT_TRUE(ids(facts, Level::error).empty());
+  EXPECT_TRUE(mentions(fault(facts, "software-device").text, "no GPU that is visible"));
+}
+
+TEST(DriverChecks, AListingThatBreaksSaysNothingOfNvidiasLibraries) {
+  Facts facts = good_machine();
+  facts.devices.clear();
+  facts.chosen.reset();
+  facts.environment["VK_ICD_FILENAMES"] = "";
+  for (const Trial& trial : {Trial{Outcome::hung, ""}, Trial{Outcome::crashed, "SIGSEGV"}}) {
+    facts.listing = trial;
+    EXPECT_EQ(ids(facts, Level::error), std::vector<std::string>{"devices"});
+  }
+  facts.listing = {Outcome::passed, ""};
+  facts.environment.erase("VK_ICD_FILENAMES");
+  EXPECT_TRUE(mentions(fault(facts, "nvidia-without-vulkan").text, "loads, but lists no device"));
+  facts.manifests[0].hidden_by = "VK_LOADER_DRIVERS_DISABLE";
+  facts.environment["VK_LOADER_DRIVERS_DISABLE"] = "*nvidia*";
+  EXPECT_EQ(fault(facts, "nvidia-without-vulkan").level, Level::ok);
 }
 
 TEST(DriverChecks, AContainerWithCudaAloneGetsItsLine) {
