@@ -31,9 +31,9 @@ struct Trial {
 
 // The Vulkan loader, libvulkan.so.1.
 struct LoaderFacts {
-  std::string fault;     // why it cannot be used; empty: it can
-  std::string file;      // empty: unknown
-  uint32_t version = 0;  // as VK_MAKE_API_VERSION
+  std::string fault;          // why it cannot be used; empty: it can
+  std::string file;           // empty: unknown
+  uint32_t version = 0;       // as VK_MAKE_API_VERSION
   std::string override_file;  // the first one in a folder of LD_LIBRARY_PATH; empty: none
 
   // Of a version constant of loader_rules.h. True for an unknown loader.
@@ -43,11 +43,11 @@ struct LoaderFacts {
 // Manifest of a Vulkan driver (JSON) that the loader reads.
 struct ManifestFacts {
   std::string file;
-  std::string variable;  // environment variable that names it; empty: found in a folder of the system
-  std::string library;   // its library_path
-  std::string fault;     // why the manifest itself cannot be read; empty: it can
-  Trial load;            // dlopen of the library; detail: the text of dlerror()
-  Trial listing;         // of its devices alone; tried where the listing of all of them breaks
+  std::string variable;   // environment variable that names it; empty: found in a folder of the system
+  std::string library;    // its library_path
+  std::string fault;      // why the manifest itself cannot be read; empty: it can
+  Trial load;             // dlopen of the library; detail: the text of dlerror()
+  Trial listing;          // of its devices alone; tried where the listing of all of them breaks
   std::string hidden_by;  // environment variable that filters it out; empty: none
 };
 
@@ -70,9 +70,9 @@ struct DeviceFacts {
   std::vector<std::string> missing;  // required features that it lacks
   bool ray_query = false;
   bool ray_tracing_pipeline = false;
-  Trial read_back;  // 64x64 pixels, cleared and copied to the CPU
+  Trial read_back;                 // 64x64 pixels, cleared and copied to the CPU
   Trial read_back_without_layers;  // tried where that goes wrong, and there are implicit layers
-  Trial ray;        // one ray against one triangle; not tried: the device claims no ray query
+  Trial ray;                       // one ray against one triangle; not tried: the device claims no ray query
 
   bool usable() const { return missing.empty(); }
   bool software() const { return type == "software"; }
@@ -87,8 +87,12 @@ struct CudaDeviceFacts {
 // A device node that this user should be able to read and write.
 struct NodeFacts {
   std::string path;
-  std::string group;  // name of its group, or the number; empty: unknown
+  std::string group;  // name of its group; empty: unknown
   bool accessible = false;
+  uint32_t mode = 0660;  // permission bits
+  uint32_t gid = 0;      // number of its group
+
+  bool group_may() const { return (mode & 0060) == 0060; }
 };
 
 struct PortFacts {
@@ -121,7 +125,7 @@ struct Facts {
   bool wsl = false;    // Windows Subsystem for Linux
   std::string system;  // "Debian GNU/Linux 12 (bookworm)"; empty: unknown
 
-  enum class SharedMemory { missing, not_writable, writable };
+  enum class SharedMemory { missing, read_only, not_writable, writable };
   SharedMemory shared_memory = SharedMemory::writable;
   uint64_t shared_memory_bytes = 0;  // size of /dev/shm
   uint64_t shared_memory_free_bytes = 0;
@@ -130,6 +134,8 @@ struct Facts {
   std::string cache_fault;   // why it cannot be written; empty: it can
   std::string display;       // value of WAYLAND_DISPLAY or DISPLAY; empty: none
   std::string display_fault;
+  std::string display_host;  // of an X11 display that is reached over TCP; empty: a socket of this machine
+  uint16_t display_port = 0;
 
   uint64_t open_files_limit = 0;     // soft limits
   uint64_t locked_memory_bytes = 0;  // UINT64_MAX: unlimited

@@ -1,10 +1,14 @@
 #include "renderer/doctor/gather.h"
 
+#include <netdb.h>
 #include <sys/socket.h>
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <stdexcept>
 
+#include "base/unique_fd.h"
 #include "protocol/transport/core/address.h"
 #include "renderer/doctor/check.h"
 #include "renderer/doctor/child.h"
@@ -26,8 +30,8 @@ void gather_drivers(Facts& facts, Milliseconds limit) {
     facts.loader.version = loader.value.value("version", 0u);
     facts.loader.file = loader.value.value("file", "");
   } else {
-    facts.loader.fault =
-        loader.trial.outcome == Outcome::failed ? loader.trial.detail : "loading it " + describe(loader.trial);
+    facts.loader.fault = loader.trial.outcome == Outcome::failed ? loader.trial.detail
+                                                                 : "loading it " + describe(loader.trial);
   }
   facts.manifests = find_driver_manifests(facts.environment, facts.loader);
   facts.implicit_layers = find_implicit_layers(facts.environment, facts.loader);
@@ -159,6 +163,27 @@ PortFacts try_port(const std::string& option, const std::string& uri, Millisecon
   return port;
 }
 
+// A display over TCP: as a child, since the name is looked up and the connection may not answer.
+std::string connect_fault(const std::string& host, uint16_t port, Milliseconds limit) {
+  const ChildResult connected = run_in_child(
+      [&]() -> nlohmann::json {
+        addrinfo hints{}, *found = nullptr;
+        hints.ai_socktype = SOCK_STREAM;
+        if (const int fault = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
+            fault != 0)
+          throw std::runtime_error(::gai_strerror(fault));
+        for (const addrinfo* at = found; at; at = at->ai_next) {
+          const UniqueFd fd(::socket(at->ai_family, at->ai_socktype | SOCK_CLOEXEC, at->ai_protocol));
+          if (fd && ::connect(fd.get(), at->ai_addr, at->ai_addrlen) == 0) return true;
+        }
+        throw std::runtime_error(std::strerror(errno));
+      },
+      limit);
+  if (connected.trial.passed()) return "";
+  return host + " port " + std::to_string(port) + ": " +
+         (connected.trial.outcome == Outcome::failed ? connected.trial.detail : "no answer");
+}
+
 }  // namespace
 
 Facts gather_facts(const Addresses& addresses, Milliseconds limit) {
@@ -178,6 +203,8 @@ Facts gather_facts(const Addresses& addresses, Milliseconds limit) {
   gather_drivers(facts, limit);
   gather_devices(facts, limit);
   gather_cuda(facts, limit);
+  if (!facts.display_host.empty())
+    facts.display_fault = connect_fault(facts.display_host, facts.display_port, limit);
   for (const std::string& uri : addresses.listen)
     facts.ports.push_back(try_port("--listen " + uri, uri, limit));
   if (!addresses.serve.empty())

@@ -1,8 +1,10 @@
 // Checks of the system around the renderer: rights, shared memory, folders, display, limits, ports.
 #include <algorithm>
+#include <cstdio>
 
-#include "base/text.h"
+#include "base/words.h"
 #include "renderer/doctor/check.h"
+#include "renderer/doctor/lines.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -15,7 +17,24 @@ std::vector<Finding> check_experiments(const Facts& facts) {
   if (facts.experiments_fault.empty()) return {};
   const bool needs_files = facts.experiments_fault.find("Too many open files") != std::string::npos;
   return {{Level::error, "drivers and devices cannot be tried: " + facts.experiments_fault,
-           needs_files ? "ulimit -n 1024" : "ulimit -u 1024"}};
+           needs_files ? kMoreFiles : "ulimit -u 1024"}};
+}
+
+Finding inaccessible(const Facts& facts, const NodeFacts& node) {
+  const std::string path = shell_word(node.path), text = "this user may not read and write " + node.path;
+  const bool has_group = !node.group.empty() && node.group != "root" && node.group != "nogroup";
+  if (facts.container)
+    return {Level::warning, text,
+            "docker run --device " + path + " --group-add " + std::to_string(node.gid) + " IMAGE"};
+  if (!node.group_may()) {
+    char mode[8];
+    std::snprintf(mode, sizeof mode, "%04o", node.mode & 0777);
+    return {Level::warning, text + ": its mode is " + mode,
+            "sudo chmod " + std::string(has_group ? "g+rw " : "a+rw ") + path};
+  }
+  if (!has_group) return {Level::warning, text, "sudo chmod a+rw " + path};
+  return {Level::warning, text + ", which the group " + node.group + " may",
+          "sudo usermod -aG " + shell_word(node.group) + " $USER  # then log in again"};
 }
 
 std::vector<Finding> check_nodes(const Facts& facts) {
@@ -23,15 +42,7 @@ std::vector<Finding> check_nodes(const Facts& facts) {
   for (const std::vector<NodeFacts>& nodes : {facts.render_nodes, facts.nvidia_nodes}) {
     for (const NodeFacts& node : nodes) {
       if (node.accessible) continue;
-      const std::string line =
-          "sudo usermod -aG " + (node.group.empty() ? "render" : node.group) + " $USER  # then log in again";
-      const bool has_group = !node.group.empty() && node.group != "root" && node.group != "nogroup";
-      findings.push_back({Level::warning,
-                          "this user may not read and write " + node.path +
-                              (has_group ? ", which the group " + node.group + " may" : ""),
-                          has_group         ? line
-                          : facts.container ? "docker run --device " + node.path + " --group-add GID IMAGE"
-                                            : "ls -l " + node.path});
+      findings.push_back(inaccessible(facts, node));
     }
   }
   const bool needs_node = std::any_of(facts.gpu_vendors.begin(), facts.gpu_vendors.end(),
@@ -51,6 +62,9 @@ std::vector<Finding> check_shared_memory(const Facts& facts) {
   if (facts.shared_memory == Facts::SharedMemory::missing)
     return {{Level::warning, "/dev/shm is missing" + effect,
              facts.container ? mount : "sudo mkdir -p /dev/shm && " + mount}};
+  if (facts.shared_memory == Facts::SharedMemory::read_only)
+    return {{Level::warning, "/dev/shm is mounted read-only" + effect,
+             facts.container ? mount : "sudo mount -o remount,rw /dev/shm"}};
   if (facts.shared_memory == Facts::SharedMemory::not_writable)
     return {{Level::warning, "/dev/shm cannot be written" + effect,
              facts.container ? mount : "sudo chmod 1777 /dev/shm"}};
@@ -104,7 +118,7 @@ std::vector<Finding> check_open_files(const Facts& facts) {
     return {{Level::warning,
              "this process may open only " + std::to_string(facts.open_files_limit) +
                  " files: drivers, links and 64 peers need " + std::to_string(Facts::kOpenFiles),
-             "ulimit -n 1024"}};
+             kMoreFiles}};
   return {{Level::ok, "this process may open " + std::to_string(facts.open_files_limit) + " files", ""}};
 }
 

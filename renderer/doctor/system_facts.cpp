@@ -12,9 +12,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <string_view>
 #include <system_error>
 
+#include "base/numbers.h"
 #include "base/text.h"
 #include "base/unique_fd.h"
 #include "base/words.h"
@@ -25,6 +27,7 @@ namespace fire3dv::doctor {
 namespace {
 
 using std::filesystem::path;
+constexpr uint16_t kX11Port = 6000;  // TCP port of display 0
 
 // The first 4 KiB of a file: those of /proc and /sys have no size.
 std::string beginning_of(const path& file) {
@@ -40,6 +43,11 @@ std::string line_with(const std::string& text, std::string_view key) {
   if (begin == std::string::npos) return "";
   const size_t value = begin + (begin == 0 && text.starts_with(key) ? 0 : 1) + key.size();
   return text.substr(value, text.find('\n', value) - value);
+}
+
+// With the rights that opening the file has: those of the effective user. errno: why not.
+bool may(const path& file, int mode) {
+  return ::faccessat(AT_FDCWD, file.c_str(), mode, AT_EACCESS) == 0;
 }
 
 std::vector<path> entries_of(const path& folder, std::string_view prefix) {
@@ -69,8 +77,12 @@ NodeFacts node_facts(const path& root, const path& node) {
   NodeFacts facts;
   facts.path = "/dev" / node.lexically_relative(root / "dev");
   struct stat status {};
-  if (::stat(node.c_str(), &status) == 0) facts.group = group_name(root, status.st_gid);
-  facts.accessible = ::access(node.c_str(), R_OK | W_OK) == 0;
+  if (::stat(node.c_str(), &status) == 0) {
+    facts.group = group_name(root, status.st_gid);
+    facts.mode = status.st_mode & 0777;
+    facts.gid = status.st_gid;
+  }
+  facts.accessible = may(node, R_OK | W_OK);
   return facts;
 }
 
@@ -114,8 +126,8 @@ void gather_shared_memory(Facts& facts, const path& root) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored)) {
     facts.shared_memory = Facts::SharedMemory::missing;
-  } else if (::access(folder.c_str(), W_OK | X_OK) != 0) {
-    facts.shared_memory = Facts::SharedMemory::not_writable;
+  } else if (!may(folder, W_OK | X_OK)) {
+    facts.shared_memory = errno == EROFS ? Facts::SharedMemory::read_only : Facts::SharedMemory::not_writable;
   } else if (::statvfs(folder.c_str(), &room) == 0) {
     facts.shared_memory_bytes = uint64_t{room.f_blocks} * room.f_frsize;
     facts.shared_memory_free_bytes = uint64_t{room.f_bavail} * room.f_frsize;
@@ -128,7 +140,7 @@ std::string write_fault(path folder) {
   while (!std::filesystem::exists(folder, ignored) && folder.has_relative_path())
     folder = folder.parent_path();
   if (!std::filesystem::is_directory(folder, ignored)) return folder.string() + " is no folder";
-  return ::access(folder.c_str(), W_OK | X_OK) == 0 ? "" : std::strerror(errno);
+  return may(folder, W_OK | X_OK) ? "" : std::strerror(errno);
 }
 
 std::string connect_fault(const path& socket_file) {
@@ -144,6 +156,25 @@ std::string connect_fault(const path& socket_file) {
   return name + ": " + std::strerror(errno);
 }
 
+// Of "[HOST]:NUMBER[.SCREEN]"; nothing: it has another form.
+struct X11Display {
+  std::string host;  // empty: a socket of this machine
+  uint16_t number = 0;
+};
+std::optional<X11Display> parse_display(const std::string& text) {
+  constexpr uint16_t kMaxNumber = UINT16_MAX - kX11Port;
+  const size_t colon = text.rfind(':');
+  if (colon == std::string::npos) return std::nullopt;
+  const std::string rest = text.substr(colon + 1);
+  const size_t dot = std::min(rest.find('.'), rest.size());
+  const std::optional<uint16_t> number = parse_number<uint16_t>(rest.substr(0, dot));
+  const bool has_screen = dot < rest.size();
+  if (!number || *number > kMaxNumber || (has_screen && !parse_number<uint16_t>(rest.substr(dot + 1))))
+    return std::nullopt;
+  const std::string host(trimmed(std::string_view(text).substr(0, colon), "[]"));
+  return X11Display{host == "unix" ? "" : host, *number};
+}
+
 void gather_display(Facts& facts, const path& root) {
   const std::string wayland = facts.variable("WAYLAND_DISPLAY"), x11 = facts.variable("DISPLAY");
   if (!wayland.empty()) {
@@ -156,10 +187,15 @@ void gather_display(Facts& facts, const path& root) {
   if (x11.empty()) return;
   facts.display = x11;
   facts.display_fault.clear();
-  // ":0" and ":0.0" are sockets of this machine; other displays are reached over the network.
-  if (!x11.starts_with(':')) return;
-  const std::string number = x11.substr(1, x11.find('.') - 1);
-  facts.display_fault = connect_fault(root / ("tmp/.X11-unix/X" + number));
+  const std::optional<X11Display> display = parse_display(x11);
+  if (!display) {
+    facts.display_fault = "DISPLAY is not of the form [HOST]:NUMBER[.SCREEN]";
+  } else if (display->host.empty()) {
+    facts.display_fault = connect_fault(root / ("tmp/.X11-unix/X" + std::to_string(display->number)));
+  } else {
+    facts.display_host = display->host;
+    facts.display_port = static_cast<uint16_t>(kX11Port + display->number);
+  }
 }
 
 void gather_loader(Facts& facts, const path& root) {

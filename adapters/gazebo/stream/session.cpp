@@ -201,8 +201,7 @@ Result<void> Session::first_scene() {
     const ConvertedAsset scene = convert_items(world_.items(), resource_folders_, world_name_, true);
     report(scene.warnings);
     if (!scene.glb) return Error{options_.write_scene.string() + ": " + scene.glb.error().message};
-    if (Result<void> written = base::write_output(options_.write_scene, *scene.glb); !written)
-      return written;
+    if (Result<void> written = base::write_output(options_.write_scene, *scene.glb); !written) return written;
     log_("scene written: fire3dv " + options_.write_scene.string() + " shows it");
     if (options_.ends_after_scene) {
       is_done_ = true;

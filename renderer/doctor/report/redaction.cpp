@@ -24,8 +24,8 @@ bool is_word_character(char c) {
   return is_alphanumeric(c) || c == '_' || c == '-' || c == '.';
 }
 
-// Replaces a word, in any letter case, where it stands alone. in_names: also as a part of longer names: "ada" in
-// "ada-2", "lab" in "lab.example.org".
+// Replaces a word, in any letter case, where it stands alone. in_names: also as a part of longer names: "ada"
+// in "ada-2", "lab" in "lab.example.org".
 void replace_words(std::string& text, const std::string& word, std::string_view by, bool in_names) {
   const auto belongs = [&](char c) { return in_names ? is_alphanumeric(c) : is_word_character(c); };
   if (word.empty()) return;
@@ -61,8 +61,9 @@ void replace_ip_addresses(std::string& text) {
       const size_t end = std::min(text.find_first_not_of(characters, at), text.size());
       std::string address = text.substr(at, end - at);
       while (address.ends_with('.')) address.pop_back();  // of a sentence
-      const bool alone = (at == 0 || (!is_word_character(text[at - 1]) && (characters == kFour || text[at - 1] != '/'))) &&
-                         (end == text.size() || !is_word_character(text[end]));
+      const bool alone =
+          (at == 0 || (!is_word_character(text[at - 1]) && (characters == kFour || text[at - 1] != '/'))) &&
+          (end == text.size() || !is_word_character(text[end]));
       if (alone && is_ip_address(address) && !names_this_machine(address)) {
         text.replace(at, address.size(), "IP");
         at += 2;
@@ -109,7 +110,8 @@ std::string host_of_option(const std::string& option) {
 PrivateWords private_words(const Facts& facts) {
   PrivateWords words;
   add_home(words, facts.variable("HOME"));
-  for (const char* name : {"USER", "LOGNAME", "SUDO_USER", "USERNAME"}) add(words.users, facts.variable(name));
+  for (const char* name : {"USER", "LOGNAME", "SUDO_USER", "USERNAME"})
+    add(words.users, facts.variable(name));
   for (const uid_t user : {::getuid(), ::geteuid()}) {
     if (const passwd* const entry = ::getpwuid(user)) {
       add(words.users, entry->pw_name);
@@ -124,7 +126,8 @@ PrivateWords private_words(const Facts& facts) {
     add_host(words, display.substr(0, display.rfind(':')));
   for (const PortFacts& port : facts.ports) add_host(words, host_of_option(port.option));
   // Names that many users and machines have, and that other texts need.
-  constexpr std::array kCommon{"root", "user", "nobody", "debian", "ubuntu", "fedora", "linux", "unix", "fire3dv"};
+  constexpr std::array kCommon{"root",   "user",  "nobody", "debian", "ubuntu",
+                               "fedora", "linux", "unix",   "fire3dv"};
   for (std::vector<std::string>* list : {&words.users, &words.hosts})
     std::erase_if(*list, [&](const std::string& word) {
       return std::find(kCommon.begin(), kCommon.end(), lower_case(word)) != kCommon.end();

@@ -72,17 +72,17 @@ constexpr Variable kShown[] = {
 bool is_word(std::string_view value) {
   constexpr size_t kMaxBytes = 300;
   return value.size() <= kMaxBytes && std::all_of(value.begin(), value.end(), [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) ||
-           std::string_view("_-.,:;*~+=!/@ ").find(c) != std::string_view::npos;
-  });
+           return std::isalnum(static_cast<unsigned char>(c)) ||
+                  std::string_view("_-.,:;*~+=!/@ ").find(c) != std::string_view::npos;
+         });
 }
 
 // Folders and files by absolute or relative paths, and names of libraries.
 bool is_path_list(std::string_view value) {
   constexpr size_t kMaxBytes = 1000;
   const auto is_path = [](std::string_view path) {
-    return path.empty() || path.find('/') != std::string_view::npos || path.find(".so") != std::string_view::npos ||
-           path.ends_with(".json");
+    return path.empty() || path.find('/') != std::string_view::npos ||
+           path.find(".so") != std::string_view::npos || path.ends_with(".json");
   };
   if (value.size() > kMaxBytes || value.find("://") != std::string_view::npos) return false;
   for (size_t begin = 0; begin <= value.size();) {
@@ -103,7 +103,8 @@ std::string variable_lines(const Facts& facts) {
     const std::string& value = found->second;
     const bool is_shown = variable.value == Value::word ? is_word(value) : is_path_list(value);
     lines += std::string(variable.name) + "=" +
-             (is_shown ? terminal_text(value) : "(" + std::to_string(value.size()) + " bytes, not shown)") + "\n";
+             (is_shown ? terminal_text(value) : "(" + std::to_string(value.size()) + " bytes, not shown)") +
+             "\n";
   }
   return lines;
 }

@@ -202,6 +202,10 @@ def display_without_server(machine):
     machine.fake()
     machine.env["DISPLAY"] = ":4711"
     expect(machine.findings(status=0), "display", "warning", "display :4711 cannot be reached", "--headless")
+    machine.env["DISPLAY"] = "garbage"
+    expect(machine.findings(status=0), "display", "warning", "garbage cannot be reached.*not of the form")
+    machine.env["DISPLAY"] = "localhost:59000"
+    expect(machine.findings(status=0), "display", "warning", "localhost port 65000: ")
 
 
 def few_files(machine):
@@ -345,6 +349,13 @@ def small_shared_memory(machine):
         expect(found, "shared-memory", "warning", "only 64 MiB", "size=1g")
 
 
+def read_only_shared_memory(machine):
+    machine.fake()
+    found = own_mounts(machine, "mount -t tmpfs -o ro tmpfs /dev/shm")
+    if found is not None:
+        expect(found, "shared-memory", "warning", "mounted read-only", "mount|shm-size")
+
+
 def read_only_home(machine):
     machine.fake()
     found = own_mounts(machine, f"mount -t tmpfs -o ro tmpfs {machine.folder}/home && mkdir -p /dev/shm")
@@ -354,7 +365,7 @@ def read_only_home(machine):
 
 CASES = [good, no_loader, loader_is_a_pipe, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, gpu_before_added_software, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, layer_hangs, cuda_without_a_device, hidden_driver, library_is_a_pipe, deep_or_empty_manifest, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, layer_hangs, cuda_without_a_device, hidden_driver, library_is_a_pipe, deep_or_empty_manifest, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:

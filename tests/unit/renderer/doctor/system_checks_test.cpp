@@ -13,6 +13,13 @@ TEST(SystemChecks, ANodeWithoutRightsNamesItsGroup) {
   EXPECT_EQ(found.level, Level::warning);
   EXPECT_TRUE(mentions(found.text, "/dev/dri/renderD128"));
   EXPECT_TRUE(mentions(found.fix, "sudo usermod -aG render $USER"));
+  facts.render_nodes = {{"/dev/dri/renderD128", "render", false, 0600, 105}};
+  EXPECT_EQ(fault(facts, "device-nodes").text,
+            "this user may not read and write /dev/dri/renderD128: its mode is 0600");
+  EXPECT_EQ(fault(facts, "device-nodes").fix, "sudo chmod g+rw /dev/dri/renderD128");
+  facts.container = true;
+  EXPECT_EQ(fault(facts, "device-nodes").fix,
+            "docker run --device /dev/dri/renderD128 --group-add 105 IMAGE");
 }
 
 TEST(SystemChecks, AGpuWithoutANodeIsAWarning) {
@@ -30,6 +37,8 @@ TEST(SystemChecks, SharedMemoryThatIsMissingSmallOrFullIsAWarning) {
   EXPECT_TRUE(mentions(fault(facts, "shared-memory").text, "/dev/shm is missing"));
   facts.shared_memory = Facts::SharedMemory::not_writable;
   EXPECT_TRUE(mentions(fault(facts, "shared-memory").text, "cannot be written"));
+  facts.shared_memory = Facts::SharedMemory::read_only;
+  EXPECT_TRUE(mentions(fault(facts, "shared-memory").text, "/dev/shm is mounted read-only"));
   facts.shared_memory = Facts::SharedMemory::writable;
   facts.shared_memory_bytes = uint64_t{64} << 20;
   EXPECT_TRUE(mentions(fault(facts, "shared-memory").text, "only 64 MiB"));

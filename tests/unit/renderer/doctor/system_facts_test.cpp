@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 #include <cstring>
 
@@ -68,6 +70,33 @@ TEST(SystemFacts, TheGroupOfANodeIsNamed) {
   root.write("etc/group", "root:x:0:\nours:x:" + std::to_string(::getegid()) + ":ada\n");
   const std::string group = facts_of(root).render_nodes.at(0).group;
   EXPECT_TRUE(group == "ours" || (::getegid() == 0 && group == "root")) << group;
+}
+
+TEST(SystemFacts, RightsAreThoseOfTheEffectiveUser) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root has another effective user";
+  const TestRoot root;
+  root.write("dev/dri/renderD128", "");
+  for (const char* folder : {"", "dev", "dev/dri"}) ::chmod((root.path() / folder).c_str(), 0755);
+  ::chmod((root.path() / "dev/dri/renderD128").c_str(), 0600);
+  EXPECT_TRUE(facts_of(root).render_nodes.at(0).accessible);
+  ASSERT_EQ(::seteuid(65534), 0);
+  const Facts facts = facts_of(root);
+  ASSERT_EQ(::seteuid(0), 0);
+  ASSERT_EQ(facts.render_nodes.size(), 1u);
+  EXPECT_FALSE(facts.render_nodes[0].accessible);
+  EXPECT_FALSE(facts.render_nodes[0].group_may());
+}
+
+TEST(SystemFacts, DisplaysHaveHostAndNumber) {
+  const TestRoot root;
+  for (const char* wrong : {"garbage", "0", ":", ":x", ":0.", "host:1x", ":70000"})
+    EXPECT_EQ(facts_of(root, {{"DISPLAY", wrong}}).display_fault,
+              "DISPLAY is not of the form [HOST]:NUMBER[.SCREEN]")
+        << wrong;
+  const Facts remote = facts_of(root, {{"DISPLAY", "localhost:10.0"}});
+  EXPECT_EQ(remote.display_host + std::to_string(remote.display_port), "localhost6010");
+  EXPECT_EQ(remote.display_fault, "");
+  EXPECT_TRUE(mentions(facts_of(root, {{"DISPLAY", "unix:4"}}).display_fault, ".X11-unix/X4"));
 }
 
 TEST(SystemFacts, ALoaderOfLdLibraryPathIsFound) {

@@ -26,17 +26,22 @@ TEST(Redaction, AddressesAreReplaced) {
   EXPECT_EQ(redacted("tcp://10.1.2.3:7345, udp://[2001:db8::1]:7346, fe80::1%eth0, at 192.168.1.4.", {}),
             "tcp://IP:7345, udp://[IP]:7346, IP%eth0, at IP.");
   const std::string kept =
-      "127.0.0.1:80 0.0.0.0 [::1]:80 1.3.239 Mesa 25.0.7 0000:3b:00.0 /a::/b 5.15.153.1-microsoft /c/bead::/x "
+      "127.0.0.1:80 0.0.0.0 [::1]:80 1.3.239 Mesa 25.0.7 0000:3b:00.0 /a::/b 5.15.153.1-microsoft "
+      "/c/bead::/x "
       "01020304-0506-0708-090a-0b0c0d0e0f10";
   EXPECT_EQ(redacted(kept, {}), kept);
 }
 
 TEST(Redaction, WordsComeFromEnvironmentAndAddresses) {
   Facts facts = good_machine();
-  facts.environment = {{"HOME", "/data/groups/ada/"}, {"USER", "ada"}, {"HOSTNAME", "box.example.org"},
+  facts.environment = {{"HOME", "/data/groups/ada/"},
+                       {"USER", "ada"},
+                       {"HOSTNAME", "box.example.org"},
                        {"DISPLAY", "thin-client:10.0"}};
-  facts.ports = {{"--listen tcp://render.example.net:5000", "", false}, {"--serve web-3:80", "", false},
-                 {"--listen shm://demo", "", false}, {"--metrics 127.0.0.1:9464", "", false}};
+  facts.ports = {{"--listen tcp://render.example.net:5000", "", false},
+                 {"--serve web-3:80", "", false},
+                 {"--listen shm://demo", "", false},
+                 {"--metrics 127.0.0.1:9464", "", false}};
   const PrivateWords words = private_words(facts);
   EXPECT_EQ(redacted("/data/groups/ada/.cache ada@box", words), "~/.cache USER@HOST");
   EXPECT_EQ(redacted("DISPLAY=thin-client:10.0 tcp://render.example.net:5000 web-3:80 shm://demo", words),
