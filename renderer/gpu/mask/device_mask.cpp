@@ -1,6 +1,7 @@
 #include "renderer/gpu/mask/device_mask.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cstdlib>
 #include <system_error>
@@ -30,26 +31,31 @@ constexpr Flag kFlags[] = {{"no-ray-query", &DeviceMask::no_ray_query},
 struct Number {
   const char* word;
   uint32_t DeviceMask::*member;
+  bool is_power_of_two;  // no device has another value
 };
-constexpr Number kNumbers[] = {{"samples", &DeviceMask::samples},
-                               {"subgroup", &DeviceMask::subgroup},
-                               {"threads", &DeviceMask::threads},
-                               {"image-side", &DeviceMask::image_side}};
+constexpr Number kNumbers[] = {{"samples", &DeviceMask::samples, true},
+                               {"subgroup", &DeviceMask::subgroup, true},
+                               {"threads", &DeviceMask::threads, false},
+                               {"image-side", &DeviceMask::image_side, false}};
 
-bool set_word(DeviceMask& mask, std::string_view word) {
+enum class Word { known, unknown, no_power_of_two };
+
+Word set_word(DeviceMask& mask, std::string_view word) {
   for (const Flag& flag : kFlags) {
     if (word != flag.word) continue;
     mask.*flag.member = true;
-    return true;
+    return Word::known;
   }
   const size_t equals = std::min(word.find('='), word.size());
   for (const Number& number : kNumbers) {
     if (word.substr(0, equals) != number.word || equals == word.size()) continue;
     const char* const end = word.data() + word.size();
-    const auto [stop, result] = std::from_chars(word.data() + equals + 1, end, mask.*number.member);
-    return result == std::errc() && stop == end && mask.*number.member > 0;
+    uint32_t& value = mask.*number.member;
+    const auto [stop, result] = std::from_chars(word.data() + equals + 1, end, value);
+    if (result != std::errc() || stop != end || value == 0) return Word::unknown;
+    return number.is_power_of_two && !std::has_single_bit(value) ? Word::no_power_of_two : Word::known;
   }
-  return false;
+  return Word::unknown;
 }
 
 }  // namespace
@@ -103,7 +109,10 @@ Result<DeviceMask> parse_device_mask(std::string_view text) {
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find(',', begin), text.size());
     const std::string_view word = text.substr(begin, end - begin);
-    if (!set_word(mask, word)) {
+    const Word known = set_word(mask, word);
+    if (known == Word::no_power_of_two)
+      return Error{"FIRE3DV_DEVICE_MASK: " + quote(word) + " is no power of two, as all devices have"};
+    if (known == Word::unknown) {
       std::string words;
       for (const Flag& flag : kFlags) words += std::string(" ") + flag.word;
       for (const Number& number : kNumbers) words += std::string(" ") + number.word + "=N";

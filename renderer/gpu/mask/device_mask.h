@@ -33,7 +33,7 @@ struct DeviceMask {
   void apply(std::vector<VkQueueFamilyProperties>& families) const;
 };
 
-// An error names the unknown word and lists all words.
+// An error names the unknown word and lists all words, or names the number that no device has.
 Result<DeviceMask> parse_device_mask(std::string_view text);
 
 // Mask of the environment, read once. An invalid one masks nothing: Instance::create() reports it.

@@ -47,7 +47,8 @@ def refusals(test):
     for mask, said in (("no-subgroup-operations", "lacks: subgroup ballot and arithmetic in compute shaders"),
                        ("threads=128", "lacks: workgroups of 256 threads"), ("no-scalar-layout", "lacks: scalarBlockLayout"),
                        ("no-raytracing", "FIRE3DV_DEVICE_MASK: unknown word \"no-raytracing\"; the words are: no-ray-query"),
-                       ("samples=", "unknown word \"samples=\""), ("samples=0", "unknown word")):
+                       ("samples=", "unknown word \"samples=\""), ("samples=0", "unknown word"),
+                       ("samples=3", "\"samples=3\" is no power of two"), ("subgroup=24", "is no power of two")):
         refused(mask, said)(test)
 
 

@@ -294,6 +294,13 @@ def deep_or_empty_manifest(machine):
     expect(machine.findings(status=1), "driver-variables", "error", "library_path is empty")
 
 
+def wrong_mask(machine):
+    machine.fake()
+    machine.env["FIRE3DV_DEVICE_MASK"] = "samples=3"
+    found = machine.findings(status=1)
+    expect(found, "devices", "error", "FIRE3DV_DEVICE_MASK: .samples=3. is no power of two", "^unset FIRE3DV_DEVICE_MASK$")
+
+
 def report_for_an_issue(machine):
     machine.fake("hang_in_wait")
     machine.env |= {"USER": "ada", "HOSTNAME": "Box7", "NVIDIA_API_KEY": "nvapi-secret", "DISPLAY": "box7.example.org:4711"}
@@ -365,7 +372,7 @@ def read_only_home(machine):
 
 CASES = [good, no_loader, loader_is_a_pipe, driver_variable, empty_driver_folder, broken_manifest, missing_library, no_library_at_all, fake_works, gpu_before_added_software, crash_on_load,
          hang_in_listing, crash_in_listing, hang_in_read_back, wrong_pixels, crash_in_rays, old_mesa, no_home, cache_is_a_file,
-         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, layer_hangs, cuda_without_a_device, hidden_driver, library_is_a_pipe, deep_or_empty_manifest, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_shared_memory, read_only_home]
+         display_without_server, few_files, no_experiments, closed_files, children_are_ignored, driver_without_instance, port_in_use, foreign_layer, layer_hangs, cuda_without_a_device, hidden_driver, library_is_a_pipe, deep_or_empty_manifest, wrong_mask, report_for_an_issue, report_to_links_and_pipes, usage, small_shared_memory, read_only_shared_memory, read_only_home]
 
 for case in CASES:
     if ONLY and case.__name__ not in ONLY:
