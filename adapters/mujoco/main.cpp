@@ -18,7 +18,7 @@
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
 #include "base/log.h"
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 #include "base/process/stop_signals.h"
 
 namespace fire3dv::mujoco {

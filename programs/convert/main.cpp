@@ -14,7 +14,7 @@
 
 #include "base/command_line.h"
 #include "base/log.h"
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "convert/glb/cache_entry.h"

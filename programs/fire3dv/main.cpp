@@ -10,7 +10,7 @@
 #include "renderer/app/stop_signals.h"
 #include "renderer/dataset/command.h"
 #include "renderer/dataset/dataset_format.h"
-#include "renderer/doctor/command.h"
+#include "renderer/doctor/command/command.h"
 #include "renderer/offline/commands.h"
 
 namespace {

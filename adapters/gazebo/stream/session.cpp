@@ -6,7 +6,7 @@
 #include "adapters/gazebo/stream/world_finder.h"
 #include "adapters/gazebo/wire/field_count.h"
 #include "base/clock.h"
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 #include "base/plural.h"
 #include "base/text.h"
 

@@ -1,5 +1,5 @@
 // Test of outputs that the user names: files, links, pipes.
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -49,7 +49,8 @@ TEST(Report, TheFileHasKnownVariablesAlone) {
   EXPECT_TRUE(mentions(text, "VK_DRIVER_FILES=~/lvp.json\n")) << text;
   EXPECT_TRUE(mentions(text, "NVIDIA_DRIVER_CAPABILITIES=compute,utility\n"));
   EXPECT_TRUE(mentions(text, "XDG_CACHE_HOME=(29 bytes, not shown)\n")) << text;
-  for (const char* hidden : {"nvapi", "NVIDIA_API_KEY", "TOKEN", "token", "PASSWORD", "SECRET", "VK_KEY", "key@"})
+  for (const char* hidden :
+       {"nvapi", "NVIDIA_API_KEY", "TOKEN", "token", "PASSWORD", "SECRET", "VK_KEY", "key@"})
     EXPECT_FALSE(mentions(text, hidden)) << hidden << text;
 }
 

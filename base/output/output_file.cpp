@@ -1,4 +1,4 @@
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -59,7 +59,8 @@ Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes
 }
 
 bool is_open_as(int fd, const fs::path& path) {
-  struct stat open {}, named {};
+  struct stat open {
+  }, named{};
   return ::fstat(fd, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
          open.st_ino == named.st_ino;
 }

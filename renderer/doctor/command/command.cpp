@@ -1,4 +1,4 @@
-#include "renderer/doctor/command.h"
+#include "renderer/doctor/command/command.h"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 
 #include "base/command_line.h"
 #include "base/log.h"
-#include "base/output_file.h"
+#include "base/output/output_file.h"
 #include "renderer/doctor/bench.h"
 #include "renderer/doctor/child.h"
 #include "renderer/doctor/report/report.h"
