@@ -15,9 +15,9 @@ namespace {
 constexpr int kUsageError = 2;
 constexpr uint32_t kMaxShards = 100'000;
 
-// Renderer options that do not affect pixels, or that the manifest stores otherwise.
-constexpr std::array kNeutralWithValue{"--cache", "--device",      "--async-compute",
-                                       "--size",  "--environment", "--checkpoint"};
+// Renderer options that do not affect pixels, and those that the manifest stores otherwise.
+constexpr std::array kMachineWithValue{"--cache", "--device", "--async-compute", "--checkpoint"};
+constexpr std::array kOtherwiseStored{"--size", "--environment", "--overlay"};
 constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless", "--require-gpu"};
 
 template <typename List>
@@ -31,7 +31,7 @@ std::string look_of(const std::vector<std::string>& words, const std::string& sc
   for (size_t i = 0; i < words.size(); ++i) {
     const std::string_view word = words[i];
     const std::string_view name = word.substr(0, word.find('='));
-    if (contains(kNeutralWithValue, name)) {
+    if (contains(kMachineWithValue, name) || contains(kOtherwiseStored, name)) {
       if (name == word) ++i;
     } else if (!contains(kNeutralFlags, word)) {
       if (!scene_seen && word == scene) {
@@ -107,6 +107,19 @@ Words split_words(int argc, char** argv, std::span<const char* const> with_value
     if (has_value && name == word && i + 1 < argc) words.own.emplace_back(argv[++i]);
   }
   return words;
+}
+
+std::vector<std::string> without_machine_options(std::span<const std::string> words) {
+  std::vector<std::string> kept;
+  for (size_t i = 0; i < words.size(); ++i) {
+    const std::string_view word = words[i];
+    const std::string_view name = word.substr(0, word.find('='));
+    if (contains(kMachineWithValue, name))
+      i += name == word;
+    else if (!contains(kNeutralFlags, word))
+      kept.push_back(words[i]);
+  }
+  return kept;
 }
 
 std::variant<Drawing, int> parse_drawing(const char* command, char* program, std::vector<std::string> words) {

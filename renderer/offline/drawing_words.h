@@ -30,6 +30,9 @@ struct Drawing {
 };
 std::variant<Drawing, int> parse_drawing(const char* command, char* program, std::vector<std::string> words);
 
+// Words without the options that differ between machines and affect no pixel: device, caches, checks.
+std::vector<std::string> without_machine_options(std::span<const std::string> words);
+
 // Parses "I/N" with I from 1 to N.
 bool parse_shard(const std::string& text, uint32_t& index, uint32_t& count);
 

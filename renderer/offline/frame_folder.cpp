@@ -20,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr unsigned kMaxWorkers = 16;
-constexpr uint64_t kMaxLineBytes = 16 << 20;  // labels of thousands of instances
+constexpr int kMaxNesting = 16;                            // of a line's JSON; copies of it are recursive
+constexpr uint64_t kMaxQueuedBytes = uint64_t{512} << 20;  // of images that wait for an encoder
 
 // Line reader for an untrusted file: neither a pipe nor an endless line blocks it.
 class ListLines {
@@ -57,6 +58,44 @@ class ListLines {
   bool too_long_ = false;
 };
 
+bool is_nested_too_deep(const std::string& line) {
+  int depth = 0;
+  bool is_in_string = false;
+  for (size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (is_in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') is_in_string = false;
+    } else if (c == '"') {
+      is_in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kMaxNesting) return true;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return false;
+}
+
+uint64_t bytes_of(const sinks::FrameImage& image) {
+  uint64_t bytes = image.rgba8.size();
+  for (const sinks::FramePlane& plane : image.planes) bytes += plane.bytes.size();
+  return bytes + (image.amodal ? image.amodal->masks.size() : 0);
+}
+
+// First entry of a folder without a manifest that the run could overwrite or be mixed with. The temporary
+// manifest of a run that was killed at its start is not one.
+std::string foreign_entry(const fs::path& folder, const FrameFormat& format) {
+  std::error_code fault;
+  for (fs::directory_iterator entry(folder, fault), end; !fault && entry != end; entry.increment(fault)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with(std::string(kManifestName) + std::string(base::kTemporaryMark))) continue;
+    const bool is_frame = name.starts_with("frame_") && name.ends_with(".png");
+    if (format.needs_empty_folder() || is_frame || name == kFrameListName) return name;
+  }
+  return {};
+}
+
 Error in_the_way(const fs::path& folder, const std::string& why) {
   return Error{folder.string() + " holds frames of another run (" + why +
                "): name another folder, or remove this one"};
@@ -76,6 +115,7 @@ Result<FrameLines> listed_frames(const fs::path& folder, const Manifest& manifes
   const Part part = manifest.part();
   // An unterminated line is the one during which the run was killed.
   for (std::string line; list.next(line);) {
+    if (is_nested_too_deep(line)) continue;
     const auto json = nlohmann::json::parse(line, nullptr, false);
     const auto number = json.is_object() ? json.find("frame") : json.end();
     if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
@@ -101,10 +141,11 @@ Result<std::unique_ptr<FrameFolder>> FrameFolder::open(const fs::path& folder, c
     if (!listed) return listed.error();
     result->existing_ = std::move(*listed);
   } else {
-    std::error_code fault;
-    if (fs::exists(folder / kFrameListName, fault) ||
-        fs::exists(folder / frame_file_name(manifest.part().first), fault))
-      return in_the_way(folder, std::string("it has no ") + kManifestName);
+    const std::string entry = foreign_entry(folder, *result->format_);
+    if (!entry.empty() && result->format_->needs_empty_folder())
+      return Error{folder.string() + " is not empty (" + quote(entry) +
+                   " is in it), and no data set: name a new folder"};
+    if (!entry.empty()) return in_the_way(folder, std::string("it has no ") + kManifestName);
   }
   return result;
 }
@@ -141,11 +182,17 @@ FrameFolder::~FrameFolder() {
 Result<void> FrameFolder::consume(sinks::FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return jobs_.size() < workers_.size() + 4 || error_ || closing_; });
+  const uint64_t bytes = bytes_of(image);
+  const auto has_room = [&] {
+    return jobs_.empty() || (jobs_.size() < workers_.size() + 4 && queued_bytes_ + bytes <= kMaxQueuedBytes);
+  };
+  changed_.wait(lock, [&] { return has_room() || error_ || closing_; });
   if (closing_) return {};  // the program ends
   if (error_) return report_error();
   jobs_.push_back(std::make_unique<Job>());
   jobs_.back()->image = std::move(image);
+  jobs_.back()->bytes = bytes;
+  queued_bytes_ += bytes;
   changed_.notify_all();
   return {};
 }
@@ -179,9 +226,15 @@ void FrameFolder::work() {
     auto encoded = format_->encode(job.image);
     Result<void> written = encoded ? write_files(*encoded) : Result<void>(encoded.error());
     if (encoded) job.line = std::move(encoded->line) + "\n";
+    if (written && job.line.size() > kMaxLineBytes)
+      written = Error{"the labels of image " + std::to_string(job.image.frame_index) + " take " +
+                      std::to_string(job.line.size() >> 20) + " MiB, more than " +
+                      std::to_string(kMaxLineBytes >> 20) + ": label fewer nodes with --object"};
     job.image.rgba8 = {};
-    job.image.planes.clear();
+    job.image.planes = {};
+    job.image.amodal.reset();
     lock.lock();
+    queued_bytes_ -= job.bytes;
     if (!written && !error_) error_ = written.error();
     job.written = written.ok();
     list_written();

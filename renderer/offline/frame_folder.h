@@ -33,8 +33,9 @@ Result<FrameLines> listed_frames(const std::filesystem::path& folder, const Mani
 
 class FrameFolder final : public sinks::FrameSink {
  public:
-  // Creates or reopens the folder and keeps frames of the same run. Fails if the folder holds anything else,
-  // or if a path element is in the way.
+  // Creates or reopens the folder and keeps frames of the same run. Fails if the folder holds frames of
+  // another run, or anything else if the format needs a folder of its own, or if a path element is in the
+  // way.
   static Result<std::unique_ptr<FrameFolder>> open(
       const std::filesystem::path& folder, const Manifest& manifest,
       std::shared_ptr<FrameFormat> format = std::make_shared<PngFrames>());
@@ -62,6 +63,7 @@ class FrameFolder final : public sinks::FrameSink {
   struct Job {
     sinks::FrameImage image;
     std::string line;
+    uint64_t bytes = 0;  // of the image's pixels
     bool started = false, written = false;
   };
   void work();
@@ -84,6 +86,7 @@ class FrameFolder final : public sinks::FrameSink {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::unique_ptr<Job>> jobs_;  // in frame order; a line is written after all earlier ones
+  uint64_t queued_bytes_ = 0;              // of jobs that are not encoded yet
   std::ofstream list_;
   FrameLines lines_;  // of this run
   bool closing_ = false;

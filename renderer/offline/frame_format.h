@@ -25,6 +25,9 @@ struct EncodedFrame {
   std::string line;  // a JSON object with "frame", without line feed
 };
 
+// Longest line of a list: labels of thousands of instances.
+constexpr uint64_t kMaxLineBytes = 16 << 20;
+
 // Lines of complete frames, by frame.
 using FrameLines = std::map<uint64_t, std::string>;
 
@@ -41,6 +44,8 @@ class FrameFormat {
   // Reads the files of a complete frame, for another folder.
   virtual Result<EncodedFrame> load(const std::filesystem::path& folder, uint64_t frame,
                                     const std::string& line, const Manifest& manifest) const = 0;
+  // True if a new run starts in an empty folder only: its names might be those of other files.
+  virtual bool needs_empty_folder() const { return false; }
   // Creates sub-folders, and files that depend on no frame. Before the first frame.
   virtual Result<void> begin(const std::filesystem::path&) { return {}; }
   // Writes files that depend on all frames. After the last frame of all shards; also when nothing was drawn.

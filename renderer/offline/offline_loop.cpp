@@ -40,6 +40,7 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
   std::unique_ptr<RecordingScene> scene(new RecordingScene);
   std::filesystem::path path = options.scene;
   scene->title_ = path.string();
+  if (path.empty() && !playback) return Error{"no scene is named"};
   if (path.empty()) {
     const std::string file = wire::printable(playback->reader().name(), 4096);
     const auto& attachments = playback->reader().index().attachments;

@@ -5,8 +5,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <thread>
 
 #include "renderer/sinks/png.h"
 
@@ -197,6 +203,35 @@ TEST_F(OfflineFolder, FullDiskIsReported) {
   const auto frames = listed_frames(folder_, manifest_of());
   ASSERT_TRUE(frames.ok());
   EXPECT_EQ(frames->size(), 2u);
+}
+
+// Two images of 257 MiB are more than may wait: the second one is taken when the first one is encoded.
+TEST_F(OfflineFolder, WaitingImagesHaveALimitInBytes) {
+  class SlowFrames final : public FrameFormat {
+   public:
+    Result<EncodedFrame> encode(const sinks::FrameImage& image) override {
+      at_once_ = std::max(at_once_.load(), ++running_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      --running_;
+      return EncodedFrame{{}, "{\"frame\":" + std::to_string(image.frame_index) + "}"};
+    }
+    bool is_complete(const fs::path&, uint64_t, const nlohmann::json&) const override { return false; }
+    Result<EncodedFrame> load(const fs::path&, uint64_t, const std::string&, const Manifest&) const override {
+      return EncodedFrame{};
+    }
+    std::atomic<int> running_{0}, at_once_{0};
+  };
+  const auto format = std::make_shared<SlowFrames>();
+  auto folder = FrameFolder::open(folder_, manifest_of(), format);
+  ASSERT_TRUE(folder.ok() && (*folder)->begin(kMachine).ok());
+  for (uint64_t frame = 0; frame < 2; ++frame) {
+    sinks::FrameImage image = image_of(frame);
+    image.amodal.emplace();
+    image.amodal->masks.resize(size_t{257} << 20);
+    ASSERT_TRUE((*folder)->consume(std::move(image)).ok());
+  }
+  ASSERT_TRUE((*folder)->finish().ok());
+  EXPECT_EQ(format->at_once_, 1);
 }
 
 TEST_F(OfflineFolder, ManifestIsValidated) {
