@@ -1,6 +1,5 @@
 #include "renderer/dataset/command.h"
 
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -30,6 +29,7 @@ class LabelledImages final : public offline::ImageSet {
   const std::vector<std::string>& cameras() const override { return options_.cameras; }
   Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene& scene,
                                                             Settings& settings) override;
+  Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const override;
   void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
                  const state::PoseState& poses) override;
 
@@ -40,24 +40,23 @@ class LabelledImages final : public offline::ImageSet {
   std::shared_ptr<DatasetFormat> format_;
 };
 
-std::vector<std::string> camera_titles(const std::vector<std::string>& names, const scene::Scene& scene) {
-  if (!names.empty()) return names;
-  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
-  if (nodes.empty()) return {"auto"};
-  const scene::Node& node = scene.nodes[nodes.front()];
-  return {node.name.empty() ? "camera" : node.name};
+// Node of a camera of the file; kNone: a free camera, or one that the overlay file adds.
+uint32_t find_camera(const scene::Scene& scene, const std::string& name) {
+  const auto rig = app::CameraRig::create(scene, {name, false, {}, {}});
+  return rig ? rig->node() : scene::kNone;
 }
 
-// Of the node or camera that CameraRig chooses for the name.
-bool is_orthographic(const scene::Scene& scene, const std::string& name) {
-  const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
-  const auto by = [&](auto&& name_of) {
-    return std::find_if(nodes.begin(), nodes.end(), [&](uint32_t node) { return name_of(node) == name; });
-  };
-  auto found = by([&](uint32_t node) { return scene.nodes[node].name; });
-  if (found == nodes.end())
-    found = by([&](uint32_t node) { return scene.cameras[scene.nodes[node].camera].name; });
-  return found != nodes.end() && scene.cameras[scene.nodes[*found].camera].orthographic;
+// name empty: that of the camera which the scene begins with.
+std::string camera_title(const scene::Scene& scene, const std::string& name) {
+  if (!name.empty()) return name;
+  const uint32_t node = find_camera(scene, name);
+  if (node == scene::kNone) return "auto";
+  return scene.nodes[node].name.empty() ? "camera" : scene.nodes[node].name;
+}
+
+Error orthographic(const std::string& name) {
+  return Error{"camera " + quote(name) +
+               " is orthographic, so that it has no camera matrix: choose another with --camera, or auto"};
 }
 
 void warn_of_missing_labels(const scene::Scene& scene, float label_alpha, Description& description) {
@@ -79,20 +78,30 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   description.width = options_.run.drawing.width;
   description.height = options_.run.drawing.height;
   description.depth_unit_mm = options_.depth_unit_mm;
-  description.cameras = camera_titles(options_.cameras, scene);
-  for (const std::string& name : description.cameras) {
-    if (is_orthographic(scene, name))
-      return Error{
-          "camera " + quote(name) +
-          " is orthographic, so that it has no camera matrix: choose another with --camera, or auto"};
+  description.label_alpha = double{options_.run.drawing.draw.label_alpha};
+  const std::vector<std::string>& names = options_.cameras;
+  for (const std::string& name : names.empty() ? std::vector{options_.run.drawing.camera} : names) {
+    description.cameras.push_back(camera_title(scene, name));
+    const uint32_t node = find_camera(scene, name);
+    const bool is_final = options_.run.drawing.overlay.empty();  // else check_camera() has its edits
+    if (is_final && node != scene::kNone && scene.cameras[scene.nodes[node].camera].orthographic)
+      return orthographic(description.cameras.back());
   }
   if (auto found = find_objects(scene, options_.objects, description); !found) return found.error();
   if (auto read = read_keypoints(scene, options_.keypoints, description); !read) return read.error();
+  if (const auto depth = layout_->depth16(description);
+      options_.has_depth_scale && !(depth && depth->unit_mm == description.depth_unit_mm))
+    log_message(warning("--depth-scale has no effect: the format " + options_.format +
+                        " has no depth images with a scale"));
   warn_of_missing_labels(scene, options_.run.drawing.draw.label_alpha, description);
+  auto written = as_written(description);
+  if (!written) return written.error();
+  description = std::move(*written);
   for (const std::string& text : description.warnings) log_message(warning(text));
   std::vector<offline::FolderFile> files;
-  const std::vector<std::string> names = layout_->static_names(description);
-  for (size_t i = 0; i < names.size(); ++i) files.push_back({names[i], encode_model(scene, description, i)});
+  const std::vector<std::string> models = layout_->static_names(description);
+  for (size_t i = 0; i < models.size(); ++i)
+    files.push_back({models[i], encode_model(scene, description, i)});
   std::string cameras, objects, keypoints;
   for (const std::string& name : description.cameras) cameras += name + "\n";
   for (const std::string& name : options_.objects) objects += name + "\n";
@@ -106,10 +115,14 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
                                    {"objects", objects},
                                    {"keypoints", keypoints},
                                    {"depth scale", std::to_string(options_.depth_unit_mm)},
-                                   {"license", options_.license},
-                                   {"command", options_.command}});
+                                   {"license", options_.license}});
   format_ = std::make_shared<DatasetFormat>(std::move(description), std::move(layout_), std::move(files));
   return std::shared_ptr<offline::FrameFormat>(format_);
+}
+
+Result<void> LabelledImages::check_camera(size_t index, const app::CameraRig::Placed& camera) const {
+  if (camera.camera.orthographic) return orthographic(format_->description().cameras[index]);
+  return {};
 }
 
 void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& camera,

@@ -2,11 +2,13 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
 
 #include "base/files.h"
 #include "base/log.h"
+#include "renderer/dataset/labels/line_check.h"
 #include "renderer/dataset/pages/page.h"
 #include "renderer/dataset/pages/readme.h"
 #include "renderer/dataset/pages/statistics.h"
@@ -19,14 +21,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxFileBytes = uint64_t{2} << 30;
-constexpr size_t kMaxInstances = 1'000'000;  // of an image, from a list that others may have written
 
 // Number of instances and sizes of the files of a listed image. nullopt: the line is no image's.
-std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohmann::json& line) {
+std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohmann::json& line,
+                                                                     const Description& description) {
   const auto instances = line.find("instances"), bytes = line.find("bytes");
-  if (instances == line.end() || !instances->is_array() || instances->size() > kMaxInstances ||
-      bytes == line.end() || !bytes->is_array())
-    return {};
+  if (!is_image_line(line, description) || bytes == line.end() || !bytes->is_array()) return {};
   std::vector<uint64_t> sizes;
   for (const auto& size : *bytes) {
     if (!size.is_number_unsigned()) return {};
@@ -35,13 +35,41 @@ std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohm
   return std::pair(instances->size(), std::move(sizes));
 }
 
+// Folders of a set, with those above them; parents come first.
+std::set<fs::path> folders_of(const Layout& layout, const Description& description) {
+  std::set<fs::path> folders;
+  for (const std::string& name : layout.folders(description)) {
+    for (fs::path path = name; !path.empty(); path = path.parent_path()) folders.insert(path);
+  }
+  return folders;
+}
+
+// Refuses links and files in place of folders: the set would be written into a folder that nobody named.
+// Removes temporary files of writers that were killed.
+Result<void> prepare_folders(const fs::path& folder, const std::set<fs::path>& names) {
+  base::remove_abandoned_temporaries(folder, "");
+  for (const fs::path& name : names) {
+    std::error_code fault;
+    const fs::file_status status = fs::symlink_status(folder / name, fault);
+    if (fs::exists(status) && !fs::is_directory(status))
+      return Error{(folder / name).string() + " is " +
+                   (fs::is_symlink(status) ? "a symbolic link" : "a file") +
+                   " and not a folder of the data set: remove it, or name another folder"};
+    if (auto made = base::create_folder(folder / name); !made) return made;
+    base::remove_abandoned_temporaries(folder / name, "");
+  }
+  return {};
+}
+
 }  // namespace
 
 DatasetFormat::DatasetFormat(Description description, std::unique_ptr<Layout> layout,
                              std::vector<offline::FolderFile> static_files)
     : description_(std::move(description)),
       layout_(std::move(layout)),
-      static_files_(std::move(static_files)) {}
+      static_files_(std::move(static_files)) {
+  layout_->prepare(description_);
+}
 
 Result<std::shared_ptr<offline::FrameFormat>> DatasetFormat::find(const std::vector<fs::path>& folders) {
   std::error_code fault;
@@ -49,6 +77,12 @@ Result<std::shared_ptr<offline::FrameFormat>> DatasetFormat::find(const std::vec
     return std::shared_ptr<offline::FrameFormat>();
   auto description = read_description(folders.front());
   if (!description) return description.error();
+  auto manifest = offline::read_manifest(folders.front());
+  if (!manifest) return manifest.error();
+  if (*manifest && ((*manifest)->cameras != description->cameras.size() ||
+                    (*manifest)->width != description->width || (*manifest)->height != description->height))
+    return Error{(folders.front() / kDescriptionName).string() + " and " + offline::kManifestName +
+                 " there disagree on cameras or size: run that part again into another folder"};
   auto layout = make_layout(description->format);
   if (!layout)
     return Error{(folders.front() / kDescriptionName).string() +
@@ -76,7 +110,9 @@ Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& ima
     FIRE3DV_ASSERT(!taken.empty());
     poses = std::move(taken.mapped());
   }
-  const ImageLabels labels = find_labels(image, std::move(poses), description_);
+  const auto depth = layout_->depth16(description_);
+  const ImageLabels labels = find_labels(image, std::move(poses), description_,
+                                         depth ? std::optional(depth->unit_mm) : std::nullopt);
   auto color = sinks::encode_png(image);
   if (!color) return Error{"image " + std::to_string(image.frame_index) + ": " + color.error().message};
   auto files = layout_->encode(description_, image, labels, std::move(*color));
@@ -106,7 +142,7 @@ Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& ima
 }
 
 bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nlohmann::json& line) const {
-  const auto listed = listed_files(line);
+  const auto listed = listed_files(line, description_);
   if (!listed) return false;
   const auto& [instances, sizes] = *listed;
   const std::vector<std::string> names = layout_->file_names(description_, image, instances);
@@ -123,7 +159,7 @@ bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nl
 
 Result<offline::EncodedFrame> DatasetFormat::load(const fs::path& folder, uint64_t image,
                                                   const std::string& line, const offline::Manifest&) const {
-  const auto listed = listed_files(nlohmann::json::parse(line, nullptr, false));
+  const auto listed = listed_files(nlohmann::json::parse(line, nullptr, false), description_);
   offline::EncodedFrame frame;
   frame.line = line;
   if (!listed) return Error{folder.string() + ": the line of image " + std::to_string(image) + " is damaged"};
@@ -139,17 +175,16 @@ Result<offline::EncodedFrame> DatasetFormat::load(const fs::path& folder, uint64
 }
 
 Result<void> DatasetFormat::begin(const fs::path& folder) {
-  for (const std::string& name : layout_->folders(description_)) {
-    if (auto made = base::create_folder(folder / name); !made) return made;
-    for (const char* prefix : {"0", "obj_"}) base::remove_abandoned_temporaries(folder / name, prefix);
-  }
+  if (auto prepared = prepare_folders(folder, folders_of(*layout_, description_)); !prepared) return prepared;
   for (const offline::FolderFile& file : static_files_) {
     if (auto written = write_whole_file(folder / file.name, file.bytes); !written) return written;
   }
+  static_files_ = {};
   return write_text(folder / kDescriptionName, to_json(description_));
 }
 
 Result<void> DatasetFormat::complete(const fs::path& folder, const offline::FrameLines& lines) {
+  if (auto prepared = prepare_folders(folder, folders_of(*layout_, description_)); !prepared) return prepared;
   try {
     return write_final_files(folder, lines);
   } catch (const nlohmann::json::exception&) {  // a list that another program has changed
@@ -161,7 +196,7 @@ Result<void> DatasetFormat::complete(const fs::path& folder, const offline::Fram
 Result<void> DatasetFormat::write_final_files(const fs::path& folder,
                                               const offline::FrameLines& lines) const {
   if (auto written = layout_->complete(folder, description_, lines); !written) return written;
-  const Statistics statistics = count(description_, lines);
+  const Statistics statistics = count(description_, *layout_, lines);
   for (const std::string& text : statistics.warnings) log_message(warning(text));
   if (auto written = write_text(folder / "README.md", make_readme(description_, *layout_, statistics));
       !written)

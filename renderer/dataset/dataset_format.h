@@ -36,6 +36,7 @@ class DatasetFormat final : public offline::FrameFormat {
   Result<offline::EncodedFrame> load(const std::filesystem::path& folder, uint64_t image,
                                      const std::string& line,
                                      const offline::Manifest& manifest) const override;
+  bool needs_empty_folder() const override { return true; }
   Result<void> begin(const std::filesystem::path& folder) override;
   Result<void> complete(const std::filesystem::path& folder, const offline::FrameLines& lines) override;
 
@@ -44,7 +45,7 @@ class DatasetFormat final : public offline::FrameFormat {
 
   const Description description_;
   const std::unique_ptr<Layout> layout_;
-  std::vector<offline::FolderFile> static_files_;
+  std::vector<offline::FolderFile> static_files_;  // empty after begin()
 
   std::mutex mutex_;
   std::map<uint64_t, ImagePoses> poses_;  // of images that are not encoded yet

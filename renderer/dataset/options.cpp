@@ -32,17 +32,35 @@ bool is_recording(const std::filesystem::path& path) {
   return begin == kMagic;
 }
 
-// Without the shard and with a placeholder for the folder.
+// Name of an existing file or folder without the folders above it; other texts as they are.
+std::string without_folders(const std::string& word) {
+  std::error_code fault;
+  const std::filesystem::path path(word);
+  if (!std::filesystem::exists(path, fault) || !path.has_filename()) return word;
+  return path.filename().string();
+}
+
+// The same on all machines and for all parts: without shard, devices, caches and the folders of inputs, and
+// with a placeholder for the set's.
 std::string command_text(int argc, char** argv) {
+  constexpr std::array kTexts{"--format", "--camera", "--object", "--clock", "--license"};
   std::string text = std::string("fire3dv ") + kCommand;
-  for (int i = 2; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    const std::string_view name = word.substr(0, word.find('='));
+  const std::vector<std::string> words =
+      offline::without_machine_options(std::vector<std::string>(argv + 2, argv + argc));
+  for (size_t i = 0; i < words.size(); ++i) {
+    const size_t equals = words[i].starts_with("--") ? words[i].find('=') : std::string::npos;
+    const std::string name = words[i].substr(0, equals);
+    const bool has_value = equals != std::string::npos;
     if (name == "--shard" || name == "--out") {
-      if (name == word) ++i;
-      continue;
+      i += !has_value;
+    } else if (std::find(kTexts.begin(), kTexts.end(), name) != kTexts.end()) {
+      text += " " + shell_word(words[i]);
+      if (!has_value && i + 1 < words.size()) text += " " + shell_word(words[++i]);
+    } else if (has_value) {
+      text += " " + shell_word(name + "=" + without_folders(words[i].substr(equals + 1)));
+    } else {
+      text += " " + shell_word(without_folders(words[i]));
     }
-    text += " " + shell_word(word);
   }
   return text + " --out DIR";
 }
@@ -88,7 +106,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return offline::usage_error(kCommand, usage_text(app, error));
   }
   const auto refuse = [](const std::string& text) { return offline::usage_error(kCommand, text); };
-  if (words.rest.empty() || words.rest[0].starts_with('-'))
+  if (words.rest.empty() || words.rest[0].empty() || words.rest[0].starts_with('-'))
     return refuse(
         "name a recording or a scene first: fire3dv dataset FILE.mcap|SCENE --format FORMAT --out DIR");
   if (options.format.empty()) return refuse("--format: name one of: " + formats_text());
@@ -119,6 +137,9 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
   if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))
     return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");
+  options.has_depth_scale = std::any_of(words.own.begin(), words.own.end(), [](const std::string& word) {
+    return word.starts_with("--depth-scale");
+  });
   options.command = command_text(argc, argv);
   return options;
 }

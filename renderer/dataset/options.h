@@ -18,7 +18,8 @@ struct DatasetOptions {
   std::filesystem::path keypoints;   // side file; empty: none
   std::string license;
   double depth_unit_mm = 0.1;
-  std::string command;  // the command line, without what differs between shards
+  bool has_depth_scale = false;  // the command line names the unit
+  std::string command;           // the command line, without what differs between shards
 };
 
 // Returns options or an exit code. argv[1] is the subcommand.

@@ -28,6 +28,8 @@ class ImageSet {
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;
   virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene, Settings& settings) = 0;
+  // Checks a camera, by its index, with additions and edits of the overlay file. Before the first image.
+  virtual Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const = 0;
   // Poses of an image that is drawn now, before its pixels are ready. On the main thread.
   virtual void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
                          const state::PoseState& poses) = 0;

@@ -430,6 +430,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (!added) return added.error();
     (*cameras)[i].select(*added);
   }
+  for (size_t i = 0; set_ && i < cameras->size(); ++i) {
+    const float aspect = static_cast<float>(drawing_.width) / static_cast<float>(drawing_.height);
+    if (auto good = set_->check_camera(i, (*cameras)[i].placed(poses, aspect)); !good) return good.error();
+  }
   const state::NodeNames names(live.scene());
   const state::EditTargets targets{live.scene(), names, nullptr, live.added_materials()};
   state::TargetIndex index(targets);

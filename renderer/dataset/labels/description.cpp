@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <type_traits>
 
 #include "base/files.h"
 #include "base/text.h"
+#include "renderer/offline/timeline.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -36,6 +38,10 @@ bool number_at(const ordered_json& from, const char* name, T& value) {
   value = static_cast<T>(number);
   return true;
 }
+bool flag_at(const ordered_json& from, const char* name) {
+  const auto found = from.find(name);
+  return found != from.end() && found->is_boolean() && found->get<bool>();
+}
 bool numbers_at(const ordered_json& from, const char* name, double (&values)[3]) {
   const auto found = from.find(name);
   if (found == from.end() || !found->is_array() || found->size() != 3) return false;
@@ -52,22 +58,26 @@ bool parse(const ordered_json& json, Description& out) {
   out.command = text_at(json, "command");
   out.license = text_at(json, "license");
   if (!number_at(json, "width", out.width) || !number_at(json, "height", out.height) ||
-      !number_at(json, "depth_unit_mm", out.depth_unit_mm) || out.width == 0 || out.height == 0 ||
+      !number_at(json, "depth_unit_mm", out.depth_unit_mm) ||
+      !number_at(json, "label_alpha", out.label_alpha) || out.width == 0 || out.height == 0 ||
       out.width > kMaxSide || out.height > kMaxSide || !(out.depth_unit_mm > 0))
     return false;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
     if (!json.contains(name) || !json[name].is_array()) return false;
+    const bool has_texts = std::string_view("cameras warnings").find(name) != std::string_view::npos;
+    for (const auto& each : json[name]) {
+      if (has_texts ? !each.is_string() : !each.is_object()) return false;
+    }
   }
-  for (const auto& camera : json["cameras"]) {
-    if (!camera.is_string()) return false;
-    out.cameras.push_back(camera.get<std::string>());
-  }
+  if (json["cameras"].empty() || json["cameras"].size() > offline::kMaxCameras) return false;
+  for (const auto& camera : json["cameras"]) out.cameras.push_back(camera.get<std::string>());
   for (const auto& each : json["objects"]) {
     Object object;
     object.name = text_at(each, "name");
-    object.deforms = each.value("deforms", false);
+    object.deforms = flag_at(each, "deforms");
     if (!number_at(each, "id", object.id) || !number_at(each, "diameter_mm", object.diameter_mm) ||
-        !numbers_at(each, "min_mm", object.min_mm) || !numbers_at(each, "size_mm", object.size_mm))
+        !numbers_at(each, "min_mm", object.min_mm) || !numbers_at(each, "size_mm", object.size_mm) ||
+        object.id != out.objects.size() + 1)
       return false;
     out.objects.push_back(object);
   }
@@ -77,7 +87,8 @@ bool parse(const ordered_json& json, Description& out) {
     instance.path = text_at(each, "path");
     if (!number_at(each, "instance", instance.number) || !number_at(each, "object", instance.object) ||
         !number_at(each, "class", instance.semantic) || !numbers_at(each, "scale", instance.scale) ||
-        instance.object == 0 || instance.object > out.objects.size())
+        instance.object == 0 || instance.object > out.objects.size() ||
+        instance.number <= (out.instances.empty() ? 0 : out.instances.back().number))
       return false;
     --instance.object;
     out.instances.push_back(instance);
@@ -90,10 +101,8 @@ bool parse(const ordered_json& json, Description& out) {
       return false;
     out.keypoints.push_back(point);
   }
-  for (const auto& each : json["warnings"]) {
-    if (each.is_string()) out.warnings.push_back(each.get<std::string>());
-  }
-  return !out.cameras.empty();
+  for (const auto& each : json["warnings"]) out.warnings.push_back(each.get<std::string>());
+  return true;
 }
 
 }  // namespace
@@ -121,6 +130,7 @@ std::string to_json(const Description& description) {
   json["width"] = description.width;
   json["height"] = description.height;
   json["depth_unit_mm"] = description.depth_unit_mm;
+  json["label_alpha"] = description.label_alpha;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"})
     json[name] = ordered_json::array();
   for (const std::string& camera : description.cameras) json["cameras"].push_back(text(camera));
@@ -145,6 +155,17 @@ std::string to_json(const Description& description) {
                                  {"node_from_point_m", point.node_from_point_m}});
   for (const std::string& warning : description.warnings) json["warnings"].push_back(text(warning));
   return json.dump(1) + "\n";
+}
+
+Result<Description> as_written(const Description& description) {
+  const std::string text = to_json(description);
+  if (text.size() > kMaxDescriptionBytes)
+    return Error{"the labelled objects take " + std::to_string(text.size() >> 20) + " MiB in " +
+                 kDescriptionName + ": label fewer nodes with --object"};
+  Description result;
+  if (!parse(ordered_json::parse(text), result))
+    return Error{"a labelled node has a size that is not finite: choose others with --object"};
+  return result;
 }
 
 Result<Description> read_description(const std::filesystem::path& folder) {

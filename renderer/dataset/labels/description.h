@@ -41,11 +41,12 @@ struct Keypoint {
 
 struct Description {
   std::string format;   // "bop"
-  std::string command;  // makes the data set again
+  std::string command;  // makes the data set again; the same on all machines
   std::string license;  // empty: not stated
   uint32_t width = 0, height = 0;
   std::vector<std::string> cameras;
   double depth_unit_mm = 0.1;  // of 16-bit depth images with a scale
+  double label_alpha = 0.5;    // blended surfaces with more alpha have labels
   std::vector<Object> objects;
   std::vector<Instance> instances;  // ascending by number
   std::vector<Keypoint> keypoints;
@@ -63,6 +64,9 @@ constexpr double kMillimetres = 1000;  // in a metre
 std::string list_names(const std::vector<std::string>& names);
 
 std::string to_json(const Description& description);
+// The description as read_description() would return it: texts are printable and of limited length. One run
+// and joined parts therefore write the same bytes.
+Result<Description> as_written(const Description& description);
 Result<Description> read_description(const std::filesystem::path& folder);
 
 }  // namespace fire3dv::dataset

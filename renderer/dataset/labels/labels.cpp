@@ -42,8 +42,9 @@ Runs runs_of_mask(const sinks::FrameImage& image, size_t index) {
   return runs;
 }
 
-Silhouette read_silhouette(const sinks::FrameImage& image, size_t index,
-                           const std::vector<uint16_t>& depth_units) {
+// has_depth: of a pixel, rows from the top.
+template <typename HasDepth>
+Silhouette read_silhouette(const sinks::FrameImage& image, size_t index, HasDepth&& has_depth) {
   const wire::AmodalRecord& record = image.amodal->records[index];
   Silhouette silhouette;
   silhouette.pixels = runs_of_mask(image, index);
@@ -51,7 +52,7 @@ Silhouette read_silhouette(const sinks::FrameImage& image, size_t index,
   silhouette.px = record.pixels;
   for (const auto& [first, end] : silhouette.pixels) {
     for (uint32_t i = first; i < end; ++i)
-      silhouette.valid_px += depth_units[size_t{i % image.height} * image.width + i / image.height] != 0;
+      silhouette.valid_px += has_depth(size_t{i % image.height} * image.width + i / image.height);
   }
   silhouette.visibility = static_cast<double>(record.visible_pixels) / static_cast<double>(record.pixels);
   silhouette.is_truncated = record.is_truncated != 0;
@@ -96,12 +97,13 @@ KeypointLabel find_keypoint(uint32_t index, const Keypoint& point, const glm::dm
 
 void quantise_depth(const std::vector<float>& depth_m, double unit_mm, ImageLabels& labels) {
   labels.depth_units.resize(depth_m.size());
+  labels.beyond_range_px = 0;
   const double units_per_m = kMillimetres / unit_mm;
   for (size_t i = 0; i < depth_m.size(); ++i) {
     const double units = std::round(double{depth_m[i]} * units_per_m);
     const bool fits = units >= 0 && units <= UINT16_MAX;
     labels.depth_units[i] = fits ? static_cast<uint16_t>(units) : uint16_t{0};
-    if (!fits && std::isfinite(depth_m[i])) ++labels.beyond_range_px;
+    if (!fits && std::isfinite(depth_m[i])) ++*labels.beyond_range_px;
   }
 }
 
@@ -146,11 +148,15 @@ std::vector<T> plane_values(const sinks::FrameImage& image, wire::ImageOutput ou
 template std::vector<float> plane_values(const sinks::FrameImage&, wire::ImageOutput);
 template std::vector<uint32_t> plane_values(const sinks::FrameImage&, wire::ImageOutput);
 
-ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description) {
+ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description,
+                        const std::optional<double>& depth_unit_mm) {
   ImageLabels labels;
   labels.poses = std::move(poses);
   const auto depth_m = plane_values<float>(image, wire::kDepthF32);
-  quantise_depth(depth_m, description.depth_unit_mm, labels);
+  if (depth_unit_mm) quantise_depth(depth_m, *depth_unit_mm, labels);
+  const auto has_depth = [&](size_t pixel) {
+    return depth_unit_mm ? labels.depth_units[pixel] != 0 : std::isfinite(depth_m[pixel]);
+  };
   labels.brightness = mean_of(image.rgba8);
   const glm::dmat4 camera_from_world = glm::inverse(labels.poses.world_from_camera);
   std::map<uint32_t, Runs> masks =
@@ -172,7 +178,7 @@ ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const 
     for (size_t i = 0; i < image.amodal->records.size(); ++i) {
       const uint32_t number = image.amodal->records[i].instance;
       if (description.find_instance(number))
-        add(number, std::move(masks[number]), read_silhouette(image, i, labels.depth_units));
+        add(number, std::move(masks[number]), read_silhouette(image, i, has_depth));
     }
   } else {
     for (auto& [number, visible] : masks) add(number, std::move(visible), {});
@@ -196,7 +202,7 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
   line["cam_R_w2c"] = rotation;
   line["cam_t_w2c"] = translation_mm;
   line["brightness"] = std::round(labels.brightness * 100) / 100;
-  line["beyond_range_px"] = labels.beyond_range_px;
+  if (labels.beyond_range_px) line["beyond_range_px"] = *labels.beyond_range_px;
   const uint64_t pixels = uint64_t{k.image_px.x} * k.image_px.y;
   ordered_json& instances = line["instances"] = ordered_json::array();
   for (const InstanceLabel& label : labels.instances) {

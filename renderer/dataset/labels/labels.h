@@ -44,7 +44,7 @@ struct KeypointLabel {
 struct Silhouette {
   Runs pixels;
   Rectangle box;
-  uint64_t px = 0, valid_px = 0;  // valid: with a depth
+  uint64_t px = 0, valid_px = 0;  // valid: with a depth in the format's depth image
   double visibility = 0;          // visible share
   bool is_truncated = false;      // a part of the instance is outside of the image
 };
@@ -63,10 +63,10 @@ struct InstanceLabel {
 
 struct ImageLabels {
   ImagePoses poses;
-  std::vector<uint16_t> depth_units;     // 16-bit depth; 0: none, or beyond the range
-  uint64_t beyond_range_px = 0;          // surfaces whose depth does not fit
-  double brightness = 0;                 // mean of sRGB colours, 0 to 255
-  std::vector<InstanceLabel> instances;  // ascending by number
+  std::vector<uint16_t> depth_units;  // 16-bit depth, if the format has it; 0: none, or beyond the range
+  std::optional<uint64_t> beyond_range_px;  // surfaces whose depth does not fit
+  double brightness = 0;                    // mean of sRGB colours, 0 to 255
+  std::vector<InstanceLabel> instances;     // ascending by number
   std::vector<KeypointLabel> keypoints;
 };
 
@@ -77,7 +77,9 @@ template <typename T>
 std::vector<T> plane_values(const sinks::FrameImage& image, wire::ImageOutput output);
 
 // image: with colours, depth and instances. With silhouettes, instances that others hide have labels, too.
-ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description);
+// depth_unit_mm: of the format's 16-bit depth; nullopt: it has none.
+ImageLabels find_labels(const sinks::FrameImage& image, ImagePoses poses, const Description& description,
+                        const std::optional<double>& depth_unit_mm);
 
 // Labels as JSON, for the line of the image: what formats need after the last image.
 void add_json(const ImageLabels& labels, const Description& description, nlohmann::ordered_json& line);

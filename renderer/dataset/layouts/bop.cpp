@@ -1,9 +1,8 @@
-#include "renderer/dataset/layouts/bop.h"
-
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "renderer/dataset/layouts/image_files.h"
+#include "renderer/dataset/layouts/layouts.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -11,7 +10,7 @@ namespace {
 using nlohmann::ordered_json;
 
 std::string scene_folder(uint32_t camera) {
-  return "train_pbr/" + six_digits(camera);
+  return "train/" + six_digits(camera);
 }
 
 // One line for each key, as BOP's tools write it.
@@ -54,7 +53,23 @@ Result<void> write_camera(const std::filesystem::path& folder, const Description
   return write_text(folder / "camera.json", camera.dump(2) + "\n");
 }
 
-}  // namespace
+class BopLayout final : public Layout {
+ public:
+  std::optional<Depth16> depth16(const Description& description) const override {
+    return Depth16{description.depth_unit_mm, "0 there; a larger --depth-scale reaches farther"};
+  }
+  std::vector<std::string> folders(const Description& description) const override;
+  std::vector<std::string> static_names(const Description& description) const override;
+  std::string color_name(const Description& description, uint64_t image) const override;
+  std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                      size_t instances) const override;
+  Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                   const sinks::FrameImage& image, const ImageLabels& labels,
+                                                   std::vector<uint8_t> color) const override;
+  Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                        const offline::FrameLines& lines) const override;
+  std::string conventions(const Description& description) const override;
+};
 
 std::vector<std::string> BopLayout::folders(const Description& description) const {
   std::vector<std::string> folders{"models"};
@@ -153,13 +168,13 @@ std::string BopLayout::conventions(const Description& description) const {
 |---|---|
 | `camera.json` | intrinsics of the first image |
 | `models/obj_NNNNNN.ply`, `models/models_info.json` | models in millimetres; diameter, box |
-| `train_pbr/SCENE/rgb/IMAGE.png` | 8-bit colours, sRGB |
-| `train_pbr/SCENE/depth/IMAGE.png` | 16 bits; times `depth_scale` = millimetres along the camera's axis; 0: no surface, or too far |
-| `train_pbr/SCENE/mask/IMAGE_GT.png` | silhouette of instance GT as if it were drawn alone, 255 |
-| `train_pbr/SCENE/mask_visib/IMAGE_GT.png` | its visible part, 255 |
-| `train_pbr/SCENE/scene_camera.json` | `cam_K` (by rows, pixels), `cam_R_w2c`, `cam_t_w2c` (mm), `depth_scale` |
-| `train_pbr/SCENE/scene_gt.json` | for each instance `obj_id`, `cam_R_m2c` (by rows), `cam_t_m2c` (mm) |
-| `train_pbr/SCENE/scene_gt_info.json` | `bbox_obj`, `bbox_visib` (left, top, width, height in pixels), pixel counts, `visib_fract` |
+| `train/SCENE/rgb/IMAGE.png` | 8-bit colours, sRGB |
+| `train/SCENE/depth/IMAGE.png` | 16 bits; times `depth_scale` = millimetres along the camera's axis; 0: no surface, or too far |
+| `train/SCENE/mask/IMAGE_GT.png` | silhouette of instance GT as if it were drawn alone, 255 |
+| `train/SCENE/mask_visib/IMAGE_GT.png` | its visible part, 255 |
+| `train/SCENE/scene_camera.json` | `cam_K` (by rows, pixels), `cam_R_w2c`, `cam_t_w2c` (mm), `depth_scale` |
+| `train/SCENE/scene_gt.json` | for each instance `obj_id`, `cam_R_m2c` (by rows), `cam_t_m2c` (mm) |
+| `train/SCENE/scene_gt_info.json` | `bbox_obj`, `bbox_visib` (left, top, width, height in pixels), pixel counts, `visib_fract` |
 
 GT is the position in the lists of `scene_gt.json`. Instances of which no pixel is within the image are
 left out; those that others hide are listed, with `visib_fract` 0 and -1 in `bbox_visib`.
@@ -168,6 +183,12 @@ visible share of what is within the image (BOP's own tools count pixels outside,
 says which instances are `truncated`. `px_count_valid` counts pixels of the silhouette with a depth.
 `depth_scale` is )" +
          ordered_json(description.depth_unit_mm).dump() + ".\n";
+}
+
+}  // namespace
+
+std::unique_ptr<Layout> make_bop_layout() {
+  return std::make_unique<BopLayout>();
 }
 
 }  // namespace fire3dv::dataset

@@ -1,10 +1,11 @@
-#include "renderer/dataset/layouts/coco.h"
-
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "base/text.h"
 #include "renderer/dataset/layouts/categories.h"
+#include "renderer/dataset/layouts/layouts.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -28,18 +29,27 @@ ordered_json categories_json(const Categories& categories) {
   return list;
 }
 
+// Keypoints of a line by instance and name.
+using Points = std::map<std::pair<uint32_t, std::string>, const ordered_json*>;
+Points find_points(const ordered_json& line) {
+  Points points;
+  for (const ordered_json& point : line.at("keypoints"))
+    points.try_emplace({point.at("instance").get<uint32_t>(), point.at("name").get<std::string>()}, &point);
+  return points;
+}
+
 // x, y and 2 (visible), 1 (hidden) or 0 (outside) of each point.
-void add_keypoints(const ordered_json& line, uint32_t instance, const std::vector<std::string>& names,
+void add_keypoints(const Points& points, uint32_t instance, const std::vector<std::string>& names,
                    ordered_json& annotation) {
   if (names.empty()) return;
   ordered_json values = ordered_json::array();
   uint64_t labelled = 0;
   for (const std::string& name : names) {
     ordered_json triple = {0, 0, 0};
-    for (const ordered_json& point : line.at("keypoints")) {
-      if (point.at("instance") != instance || point.at("name") != name || point.at("state") == "outside")
-        continue;
-      triple = {point.at("pixel").at(0), point.at("pixel").at(1), point.at("state") == "visible" ? 2 : 1};
+    const auto found = points.find({instance, name});
+    if (found != points.end() && found->second->at("state") != "outside") {
+      const ordered_json& pixel = found->second->at("pixel");
+      triple = {pixel.at(0), pixel.at(1), found->second->at("state") == "visible" ? 2 : 1};
       ++labelled;
     }
     values.insert(values.end(), triple.begin(), triple.end());
@@ -55,7 +65,23 @@ std::string json_list(const std::vector<std::string>& elements) {
   return text + "\n]";
 }
 
-}  // namespace
+class CocoLayout final : public Layout {
+ public:
+  void prepare(const Description& description) override { categories_.emplace(description); }
+  std::vector<std::string> folders(const Description& description) const override;
+  std::string color_name(const Description& description, uint64_t image) const override;
+  std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                      size_t instances) const override;
+  Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                   const sinks::FrameImage& image, const ImageLabels& labels,
+                                                   std::vector<uint8_t> color) const override;
+  Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                        const offline::FrameLines& lines) const override;
+  std::string conventions(const Description& description) const override;
+
+ private:
+  std::optional<Categories> categories_;
+};
 
 std::vector<std::string> CocoLayout::folders(const Description&) const {
   return {"images"};
@@ -80,7 +106,7 @@ Result<std::vector<std::vector<uint8_t>>> CocoLayout::encode(const Description&,
 
 Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Description& description,
                                   const offline::FrameLines& lines) const {
-  const Categories categories(description);
+  const Categories& categories = categories_.value();
   std::vector<std::string> images, annotations;
   for (const auto& [number, text] : lines) {
     const ordered_json line = ordered_json::parse(text);
@@ -93,6 +119,7 @@ Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Des
     image["camera"] = description.cameras[description.index_of_camera(number)];
     for (const char* name : {"cam_K", "cam_R_w2c", "cam_t_w2c"}) image[name] = line.at(name);
     images.push_back(image.dump());
+    const Points points = find_points(line);
     for (const ordered_json& label : line.at("instances")) {
       const Instance* const instance = description.find_instance(label.at("instance").get<uint32_t>());
       const uint32_t category = instance ? categories.category_of(*instance) : 0;
@@ -106,7 +133,7 @@ Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Des
       annotation["area"] = label.at("px_count_visib");
       annotation["segmentation"] = {{"size", {description.height, description.width}},
                                     {"counts", label.at("counts")}};
-      add_keypoints(line, instance->number, categories.points_of(category), annotation);
+      add_keypoints(points, instance->number, categories.points_of(category), annotation);
       annotation["amodal_bbox"] = label.at("bbox_obj");
       annotation["amodal_area"] = label.at("px_count_all");
       annotation["visibility"] = label.at("visib_fract");
@@ -143,6 +170,12 @@ std::string CocoLayout::conventions(const Description&) const {
   of the image; `instance`, `obj_id`, `cam_R_m2c`, `cam_t_m2c` (BOP's definitions, mm). Instances without
   a visible pixel have no annotation. Of images: `cam_K`, `cam_R_w2c`, `cam_t_w2c`.
 )";
+}
+
+}  // namespace
+
+std::unique_ptr<Layout> make_coco_layout() {
+  return std::make_unique<CocoLayout>();
 }
 
 }  // namespace fire3dv::dataset

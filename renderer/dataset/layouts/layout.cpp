@@ -3,19 +3,16 @@
 #include <cstdio>
 
 #include "base/files.h"
-#include "renderer/dataset/layouts/bop.h"
-#include "renderer/dataset/layouts/coco.h"
-#include "renderer/dataset/layouts/sequence.h"
-#include "renderer/dataset/layouts/yolo.h"
+#include "renderer/dataset/layouts/layouts.h"
 
 namespace fire3dv::dataset {
 
 std::unique_ptr<Layout> make_layout(const std::string& format) {
-  if (format == "bop") return std::make_unique<BopLayout>();
-  if (format == "coco") return std::make_unique<CocoLayout>();
-  if (format == "yolo") return std::make_unique<YoloLayout>();
-  if (format == "c3vd") return std::make_unique<C3vdLayout>();
-  if (format == "folder") return std::make_unique<FolderLayout>();
+  if (format == "bop") return make_bop_layout();
+  if (format == "coco") return make_coco_layout();
+  if (format == "yolo") return make_yolo_layout();
+  if (format == "c3vd") return make_c3vd_layout();
+  if (format == "folder") return make_folder_layout();
   return nullptr;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,11 +16,21 @@
 
 namespace fire3dv::dataset {
 
-// Methods are called by several threads at once.
+// 16-bit depth image of a format.
+struct Depth16 {
+  double unit_mm = 0.1;
+  const char* beyond = "";  // value of pixels that are too far, for a warning
+};
+
+// Const methods are called by several threads at once.
 class Layout {
  public:
   virtual ~Layout() = default;
 
+  // Before all others; the description outlives the layout.
+  virtual void prepare(const Description&) {}
+  // nullopt: the format has none.
+  virtual std::optional<Depth16> depth16(const Description&) const { return {}; }
   // Outputs beside colours, depth and instances.
   virtual wire::ImageOutputs further_outputs() const { return wire::ImageOutputs(wire::kAmodal); }
   // Sub-folders, relative to the set's.

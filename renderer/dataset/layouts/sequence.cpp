@@ -1,5 +1,3 @@
-#include "renderer/dataset/layouts/sequence.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "renderer/dataset/layouts/image_files.h"
+#include "renderer/dataset/layouts/layouts.h"
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/output_text.h"
 
@@ -99,6 +98,10 @@ std::vector<uint8_t> encode_silhouettes(const sinks::FrameImage& image, const Im
   return sinks::encode_npy("|u1", shape, masks);
 }
 
+std::string camera_folder(const Description& description, uint32_t camera) {
+  return number_text(camera, "%02llu") + "_" + sinks::safe_file_name(description.cameras[camera]);
+}
+
 std::vector<std::string> camera_folders(const Description& description) {
   std::vector<std::string> folders;
   for (uint32_t camera = 0; camera < description.cameras.size(); ++camera)
@@ -126,11 +129,40 @@ Result<void> write_camera_matrices(const std::filesystem::path& folder, const De
   return {};
 }
 
-}  // namespace
+class C3vdLayout final : public Layout {
+ public:
+  wire::ImageOutputs further_outputs() const override { return wire::ImageOutputs(wire::kNormal); }
+  std::optional<Depth16> depth16(const Description&) const override {
+    return Depth16{kC3vdRangeMm / UINT16_MAX, "65535 there: the depth of C3VD ends at 100 mm"};
+  }
+  std::vector<std::string> folders(const Description& description) const override;
+  std::string color_name(const Description& description, uint64_t image) const override;
+  std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                      size_t instances) const override;
+  Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                   const sinks::FrameImage& image, const ImageLabels& labels,
+                                                   std::vector<uint8_t> color) const override;
+  Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                        const offline::FrameLines& lines) const override;
+  std::string conventions(const Description& description) const override;
+};
 
-std::string camera_folder(const Description& description, uint32_t camera) {
-  return number_text(camera, "%02llu") + "_" + sinks::safe_file_name(description.cameras[camera]);
-}
+class FolderLayout final : public Layout {
+ public:
+  wire::ImageOutputs further_outputs() const override {
+    return wire::ImageOutputs(wire::kNormal | wire::kSemanticU32 | wire::kAmodal);
+  }
+  std::vector<std::string> folders(const Description& description) const override;
+  std::string color_name(const Description& description, uint64_t image) const override;
+  std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                      size_t instances) const override;
+  Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                   const sinks::FrameImage& image, const ImageLabels& labels,
+                                                   std::vector<uint8_t> color) const override;
+  Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                        const offline::FrameLines& lines) const override;
+  std::string conventions(const Description& description) const override;
+};
 
 std::vector<std::string> C3vdLayout::folders(const Description& description) const {
   return camera_folders(description);
@@ -246,6 +278,16 @@ std::string FolderLayout::conventions(const Description&) const {
 | `IMAGE.json` | `cam_K`, `cam_R_w2c`, `cam_t_w2c` (mm), instances with poses (mm), boxes, visible masks (COCO's RLE), visible shares, keypoints |
 | `cam.txt` | camera matrix of the first image by rows, pixels |
 )";
+}
+
+}  // namespace
+
+std::unique_ptr<Layout> make_c3vd_layout() {
+  return std::make_unique<C3vdLayout>();
+}
+
+std::unique_ptr<Layout> make_folder_layout() {
+  return std::make_unique<FolderLayout>();
 }
 
 }  // namespace fire3dv::dataset

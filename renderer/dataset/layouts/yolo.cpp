@@ -1,13 +1,33 @@
-#include "renderer/dataset/layouts/yolo.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "renderer/dataset/layouts/categories.h"
+#include "renderer/dataset/layouts/layouts.h"
 
 namespace fire3dv::dataset {
+namespace {
+
+class YoloLayout final : public Layout {
+ public:
+  wire::ImageOutputs further_outputs() const override { return wire::ImageOutputs(0); }
+  void prepare(const Description& description) override { categories_.emplace(description); }
+  std::vector<std::string> folders(const Description& description) const override;
+  std::string color_name(const Description& description, uint64_t image) const override;
+  std::vector<std::string> file_names(const Description& description, uint64_t image,
+                                      size_t instances) const override;
+  Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
+                                                   const sinks::FrameImage& image, const ImageLabels& labels,
+                                                   std::vector<uint8_t> color) const override;
+  Result<void> complete(const std::filesystem::path& folder, const Description& description,
+                        const offline::FrameLines& lines) const override;
+  std::string conventions(const Description& description) const override;
+
+ private:
+  std::optional<Categories> categories_;
+};
 
 std::vector<std::string> YoloLayout::folders(const Description&) const {
   return {"images/train", "labels/train"};
@@ -26,7 +46,7 @@ Result<std::vector<std::vector<uint8_t>>> YoloLayout::encode(const Description& 
                                                              const sinks::FrameImage& image,
                                                              const ImageLabels& labels,
                                                              std::vector<uint8_t> color) const {
-  const Categories categories(description);
+  const Categories& categories = categories_.value();
   const std::vector<uint32_t> ids = categories.ids();
   const double width = image.width, height = image.height;
   std::string text;
@@ -49,9 +69,9 @@ Result<std::vector<std::vector<uint8_t>>> YoloLayout::encode(const Description& 
   return files;
 }
 
-Result<void> YoloLayout::complete(const std::filesystem::path& folder, const Description& description,
+Result<void> YoloLayout::complete(const std::filesystem::path& folder, const Description&,
                                   const offline::FrameLines&) const {
-  const Categories categories(description);
+  const Categories& categories = categories_.value();
   // Strings of JSON are strings of YAML.
   std::string text =
       "# Relative to this file. No images are held back: point val to others.\n"
@@ -75,6 +95,12 @@ std::string YoloLayout::conventions(const Description&) const {
   out. In a scene without classes each object is a class.
 - `val` in `data.yaml` names the training images: no images are held back. Point it to another data set.
 )";
+}
+
+}  // namespace
+
+std::unique_ptr<Layout> make_yolo_layout() {
+  return std::make_unique<YoloLayout>();
 }
 
 }  // namespace fire3dv::dataset

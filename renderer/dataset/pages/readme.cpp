@@ -1,5 +1,6 @@
 #include "renderer/dataset/pages/readme.h"
 
+#include <cstdio>
 #include <string_view>
 
 #include "base/plural.h"
@@ -26,6 +27,9 @@ std::string code(std::string_view text) {
 }  // namespace
 
 std::string make_readme(const Description& description, const Layout& layout, const Statistics& statistics) {
+  char alpha[32];
+  std::snprintf(alpha, sizeof alpha, "%.4g", description.label_alpha);
+  const bool has_silhouettes = layout.further_outputs().has(wire::kAmodal);
   std::string text =
       "# Data set in the format `" + description.format + "`\n\n" + counted(statistics.images, "image") +
       " of " + std::to_string(description.width) + "x" + std::to_string(description.height) + " pixels, " +
@@ -36,8 +40,10 @@ std::string make_readme(const Description& description, const Layout& layout, co
       "\n\n";
   text += "## Command\n\n" + code(description.command) +
           "\nThe same inputs, device and driver give the same bytes, also in shards (`fire3dv join`).\n"
-          "`manifest.json` has the digests of the inputs, and the device. `dataset.json` and\n"
-          "`frames.jsonl` have all labels, whatever the format.\n\n";
+          "`manifest.json` has the digests of the inputs, and the device. `dataset.json` has objects,\n"
+          "instances and cameras, `frames.jsonl` for each image the camera, and for each instance pose, box\n"
+          "and mask (COCO's run lengths) of the visible part" +
+          (has_silhouettes ? ", box and size of the silhouette, visible share" : "") + "; keypoints.\n\n";
   text +=
       "## Conventions\n\n"
       "- Camera axes are OpenCV's: x right, y down, z forward. Pinhole, without distortion.\n"
@@ -45,8 +51,10 @@ std::string make_readme(const Description& description, const Layout& layout, co
       "  cx = (width - 1) / 2. Boxes count whole pixels: left, top, width, height.\n"
       "- The world is the scene's: metres, Y up, right-handed (glTF).\n"
       "- Depth is measured along the camera's axis, not along the ray.\n"
-      "- Blended surfaces with more alpha than `--label-alpha` (0.5), and transmissive ones, count as\n"
-      "  opaque in depth and labels. Others, lines and points are in the colours only.\n\n";
+      "- Blended surfaces with more alpha than ";
+  text += std::string(alpha) +
+          " (`--label-alpha`), and transmissive ones, count as\n"
+          "  opaque in depth and labels. Others, lines and points are in the colours only.\n\n";
   text += "## Files\n\n" + layout.conventions(description) + "\n";
   text += "## Objects\n\n| obj_id | name | diameter, mm | labels | distance, m |\n|---|---|---|---|---|\n";
   for (const Object& object : description.objects) {

@@ -45,7 +45,7 @@ class Counter {
 
 }  // namespace
 
-Statistics count(const Description& description, const offline::FrameLines& lines) {
+Statistics count(const Description& description, const Layout& layout, const offline::FrameLines& lines) {
   Statistics statistics;
   statistics.images = lines.size();
   statistics.warnings = description.warnings;
@@ -76,7 +76,6 @@ Statistics count(const Description& description, const offline::FrameLines& line
       ++counts.labels;
       counts.images += objects_here.insert(object).second;
       counts.truncated += instance.value("truncated", false);
-      ++statistics.classes[instance.value("class", 0u)];
       if (const auto share = instance.find("visib_fract"); share != instance.end()) {
         statistics.has_silhouettes = true;
         visibility.add(share->get<double>());
@@ -104,7 +103,9 @@ Statistics count(const Description& description, const offline::FrameLines& line
   warn(statistics.empty_images, " without a visible labelled instance");
   warn(dark, " nearly black (mean below 8 of 255): add lights, or --exposure");
   warn(bright, " nearly white (mean above 247 of 255): lower --exposure");
-  warn(beyond_range, " with surfaces beyond the range of the 16-bit depth (0 there)");
+  if (const auto depth = layout.depth16(description))
+    warn(beyond_range,
+         std::string(" with surfaces beyond the range of the 16-bit depth (") + depth->beyond + ")");
   std::vector<std::string> unseen, resized;
   for (const Instance& instance : description.instances) {
     if (!seen.contains(instance.number)) unseen.push_back(instance.path);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/dataset/labels/description.h"
+#include "renderer/dataset/layouts/layout.h"
 #include "renderer/offline/frame_format.h"
 
 namespace fire3dv::dataset {
@@ -29,12 +30,11 @@ struct Statistics {
   uint64_t images = 0, labels = 0, empty_images = 0;
   bool has_silhouettes = false;                              // with visible shares and truncated labels
   std::map<uint32_t, ObjectCounts> objects;                  // by Object::id
-  std::map<uint32_t, uint64_t> classes;                      // labels of each class
   std::map<std::string, std::array<uint64_t, 3>> keypoints;  // visible, hidden, outside
   std::vector<Histogram> histograms;
   std::vector<std::string> warnings;  // also those of the scene
 };
 
-Statistics count(const Description& description, const offline::FrameLines& lines);
+Statistics count(const Description& description, const Layout& layout, const offline::FrameLines& lines);
 
 }  // namespace fire3dv::dataset

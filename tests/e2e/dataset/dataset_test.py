@@ -8,86 +8,10 @@ import subprocess
 
 import numpy as np
 
-from harness import HANG_S, Program, check, main, vulkan_environment, wait_until
+from dataset_runs import DEPTH_UNIT_MM, METRE, RUN, expect_same, join, lines_of, names_of, run, scene_of, start, whole_run
+from harness import Program, check, main, vulkan_environment, wait_until
 from label_readers import BopImage, box_of, check_bop, decode_rle, pixels_of, points_of, read_color, read_json, read_ply, read_tiff
 from label_scene import CENTRES, CUBE_HALF, CUBES, FOCAL_PX, SIZE, SLAB, SPHERE_RADIUS, write_cubes, write_label_scene
-
-METRE = 1000.0  # in millimetres
-DEPTH_UNIT_MM = 4.0
-
-
-def scene_of(test):
-    path = os.path.join(test.folder, "labels.glb")
-    if not os.path.exists(path):
-        write_label_scene(path, keypoints=True)
-    return path
-
-
-def recording(test):
-    path = os.path.join(test.folder, "made.mcap")
-    if not os.path.exists(path):
-        subprocess.run([test.programs_at["make"], path, test.scene], check=True, timeout=HANG_S)
-    return path
-
-
-def command_of(test, out, *arguments, inputs=None):
-    inputs = inputs if inputs is not None else [recording(test), scene_of(test)]
-    return [test.programs_at["fire3dv"], "dataset", *inputs, "--out", out, "--cache", "off", "--tone-map", "none", "--ground", "off",
-            "--shadows", "off", "--samples", "1", "--size", f"{SIZE[0]}x{SIZE[1]}", "--depth-scale", DEPTH_UNIT_MM, *map(str, arguments)]
-
-
-def start(test, out, *arguments, **options):
-    return Program(test, "dataset", list(map(str, command_of(test, out, *arguments, **options))), vulkan_environment())
-
-
-def run(test, out, *arguments, code=0, **options):
-    program = start(test, out, *arguments, **options)
-    program.expect_exit(code)
-    return program.stderr_text()
-
-
-def join(test, *arguments, code=0):
-    program = Program(test, "join", [test.programs_at["fire3dv"], "join", *map(str, arguments)], vulkan_environment())
-    program.expect_exit(code)
-    return program.stderr_text()
-
-
-def tree(folder):
-    """All files with their bytes."""
-    found = {}
-    for at, _, names in os.walk(folder):
-        for name in names:
-            path = os.path.join(at, name)
-            with open(path, "rb") as file:
-                found[os.path.relpath(path, folder)] = file.read()
-    return found
-
-
-def expect_same(folder, wanted, what):
-    ours, theirs = tree(folder), tree(wanted)
-    check(set(ours) == set(theirs), f"{what}: files {sorted(set(ours) ^ set(theirs))[:8]}")
-    differing = [name for name in ours if ours[name] != theirs[name]]
-    check(not differing, f"{what}: other bytes in {differing[:8]}")
-
-
-def lines_of(folder):
-    with open(os.path.join(folder, "frames.jsonl"), encoding="utf-8") as file:
-        return [json.loads(line) for line in file]
-
-
-def names_of(folder):
-    """Names of instances by number."""
-    return {each["instance"]: each["name"] for each in read_json(os.path.join(folder, "dataset.json"))["instances"]}
-
-
-RUN = ("--rate", 20, "--camera", "front", "--camera", "side")
-
-
-def whole_run(test, form):
-    folder = os.path.join(test.folder, f"whole {form}")
-    if not os.path.exists(folder):
-        run(test, folder, "--format", form, *RUN)
-    return folder
 
 
 def expect_centroid(k, rotation, translation_mm, mask, what):
@@ -116,7 +40,7 @@ def bop_is_right(test):
     aways = []
     for line in lines:
         scene, number = line["frame"] % 2, line["frame"] // 2
-        image = BopImage(os.path.join(folder, "train_pbr", f"{scene:06}"), number)
+        image = BopImage(os.path.join(folder, "train", f"{scene:06}"), number)
         focal = FOCAL_PX[["front", "side"][scene]]
         check(np.allclose(image.k, [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]], atol=1e-3), f"K: {image.k}")
         for gt, (pose, each) in enumerate(zip(image.poses, line["instances"])):
@@ -339,7 +263,7 @@ def hidden_parts_count(test):
     masks = np.unpackbits(np.load(at + "amodal.npy"), axis=2, count=SIZE[0]).astype(bool)
     bop, coco = run_cubes("bop", list(CUBES)), run_cubes("coco", list(CUBES))
     check(check_bop(bop) == len(labels) == len(masks) == len(listed), f"{len(masks)} masks, {labels}")
-    image = BopImage(os.path.join(bop, "train_pbr", "000000"), 0)
+    image = BopImage(os.path.join(bop, "train", "000000"), 0)
     annotations = {each["instance"]: each for each in read_json(os.path.join(coco, "annotations.json"))["annotations"]}
     for gt, (name, label, info) in enumerate(zip(listed, labels, image.infos)):
         whole, seen = int(alone[name].sum()), int(visible[name].sum())

@@ -138,7 +138,7 @@ def check_models(folder):
     return infos
 
 
-def check_bop(folder, split="train_pbr"):
+def check_bop(folder, split="train"):
     """The rules of BOP's description of its format, for all images. Returns the number of labelled instances."""
     infos = check_models(folder)
     camera = read_json(os.path.join(folder, "camera.json"))

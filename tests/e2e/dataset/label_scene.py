@@ -62,17 +62,17 @@ def write_cubes(path, names):
     write_bodies(path, [(name, cube(*CUBES[name]), [0.7, 0.7, 0.7], 1 + list(CUBES).index(name), {}) for name in names])
 
 
-def write_label_scene(path, keypoints=False, scale=1.0):
+def write_label_scene(path, keypoints=False, scale=1.0, scene_extras=None):
     """scale: of all lengths."""
     bodies = [("red", cube(CENTRES["red"], CUBE_HALF), [0.8, 0.1, 0.1], 1, {}),
               ("green", sphere(CENTRES["green"], SPHERE_RADIUS), [0.1, 0.7, 0.1], 2, {}),
               ("blue", cube(CENTRES["blue"], CUBE_HALF), [0.1, 0.2, 0.8], 1, {}),
               (SLAB, cube((0, 0, 0), 1), [0.6, 0.6, 0.6], 7,
                {"translation": [0, -30, -40], "scale": [90, 2, 30], "rotation": [0, np.sin(0.1), 0, np.cos(0.1)]})]
-    write_bodies(path, bodies, keypoints, scale)
+    write_bodies(path, bodies, keypoints, scale, scene_extras)
 
 
-def write_bodies(path, bodies, keypoints=False, scale=1.0):
+def write_bodies(path, bodies, keypoints=False, scale=1.0, scene_extras=None):
     """bodies: name, mesh, colour, class, more of the node. scale: of all lengths. keypoints: of "red" and "green", which come first."""
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
@@ -104,7 +104,7 @@ def write_bodies(path, bodies, keypoints=False, scale=1.0):
                for focal in FOCAL_PX.values()]
     nodes.append({"name": "front", "camera": 0, **looking_down(np.multiply((0, 10, 150), scale).tolist(), 0.05)})
     nodes.append({"name": "side", "camera": 1, **looking_down(np.multiply((40, 60, 110), scale).tolist(), 0.5)})
-    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
+    document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes))), "extras": scene_extras or {}}], "nodes": nodes,
                 "meshes": meshes, "materials": materials, "accessors": accessors, "bufferViews": views, "cameras": cameras,
                 "buffers": [{"byteLength": len(binary)}]}
     text = json.dumps(document).encode()

@@ -1,0 +1,128 @@
+// Test of the files of data sets: where they may be written, what is kept, and texts.
+#include <filesystem>
+#include <string>
+
+#include "made_set.h"
+#include "renderer/dataset/layouts/layout.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+namespace fs = std::filesystem;
+
+using SetFiles = MadeSet;
+
+TEST_F(SetFiles, EachFormatIsWhole) {
+  for (const std::string format : kAllFormats) {
+    const fs::path folder = root_ / format;
+    ASSERT_EQ(run(folder, made_description(format)), "") << format;
+    for (const char* name : {"README.md", "index.html", "dataset.json", "frames.jsonl", "manifest.json"})
+      EXPECT_TRUE(fs::exists(folder / name)) << format << " " << name;
+    ASSERT_EQ(run(folder, made_description(format)), "");
+    EXPECT_EQ(existing_, kImages) << format;
+    for (const auto& entry : fs::recursive_directory_iterator(root_))
+      EXPECT_TRUE(entry.path().string().starts_with(folder.string()) || entry.path().parent_path() == root_)
+          << entry.path();
+    fs::remove_all(folder);
+  }
+}
+
+TEST_F(SetFiles, FilesOfOthersStay) {
+  const fs::path folder = root_ / "mine";
+  fs::create_directories(folder / "images");
+  write(folder / "images" / "000000.png", "a photograph");
+  const std::string said = run(folder, made_description("coco"));
+  EXPECT_NE(said.find("is not empty (\"images\" is in it), and no data set: name a new folder"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(text_of(folder / "images" / "000000.png"), "a photograph");
+  EXPECT_FALSE(fs::exists(folder / "manifest.json"));
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  write(folder / "manifest.json.part-abcdef", "of a run that was killed at its start");
+  EXPECT_EQ(run(folder, made_description("coco")), "");
+}
+
+TEST_F(SetFiles, LinksAreNoFoldersOfTheSet) {
+  const fs::path folder = root_ / "set", elsewhere = root_ / "elsewhere";
+  for (const char* name : {"train", "train/000000", "train/000001/rgb", "models"}) {
+    ASSERT_EQ(run(folder, made_description("bop")), "");
+    fs::create_directories(elsewhere);
+    fs::remove_all(folder / name);
+    fs::create_directory_symlink(elsewhere, folder / name);
+    const std::string said = run(folder, made_description("bop"));
+    EXPECT_NE(said.find(std::string(name) + " is a symbolic link and not a folder of the data set"),
+              std::string::npos)
+        << said;
+    EXPECT_TRUE(fs::is_empty(elsewhere)) << name;
+    fs::remove_all(folder);
+  }
+}
+
+TEST_F(SetFiles, TemporariesOfKilledRunsAreRemoved) {
+  const fs::path folder = root_ / "set";
+  ASSERT_EQ(run(folder, made_description("bop")), "");
+  const auto add = [&] {
+    for (const char* name : {"README.md", "train/000001/scene_gt.json", "train/000000/mask_visib/x.png",
+                             "models/models_info.json"})
+      write(folder / (std::string(name) + ".part-abcdef"), "half");
+  };
+  const auto count = [&] {
+    int found = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      found += entry.path().string().find(".part-") != std::string::npos;
+    return found;
+  };
+  add();
+  ASSERT_EQ(run(folder, made_description("bop")), "");  // all images are there
+  EXPECT_EQ(count(), 0);
+  add();
+  fs::remove(folder / "train/000000/rgb/000000.png");
+  ASSERT_EQ(run(folder, made_description("bop")), "");
+  EXPECT_EQ(existing_, kImages - 1);
+  EXPECT_EQ(count(), 0);
+}
+
+TEST_F(SetFiles, TextsArePrintableFromTheStart) {
+  Description description = made_description("coco");
+  description.license = "caf\xe9\n";
+  description.command = std::string(9000, 'x') + "\xff";
+  description.instances[0].name = "\x1b[31m\xc3";
+  description.keypoints[0].name = "\xfe";
+  const auto written = as_written(description);
+  ASSERT_TRUE(written.ok());
+  EXPECT_EQ(written->license, "caf??");
+  EXPECT_EQ(written->command.size(), 4096u);
+  EXPECT_EQ(written->instances[0].name, "?[31m?");
+  EXPECT_EQ(to_json(*written), to_json(description));
+  ASSERT_EQ(run(root_ / "set", description), "");
+  // `fire3dv join` has the description from the file.
+  const auto joined = read_description(root_ / "set");
+  ASSERT_TRUE(joined.ok());
+  EXPECT_EQ(joined->license, written->license);
+  EXPECT_EQ(joined->keypoints[0].name, written->keypoints[0].name);
+  EXPECT_NE(text_of(root_ / "set" / "annotations.json").find("caf??"), std::string::npos);
+}
+
+TEST_F(SetFiles, DepthWarningsAreOfFormatsWith16Bits) {
+  Description description = made_description("bop");
+  description.depth_unit_mm = 0.01;  // to 0.66 m
+  description.label_alpha = 0.25;
+  ASSERT_EQ(run(root_ / "bop", description), "");
+  const std::string bop = text_of(root_ / "bop" / "README.md");
+  EXPECT_NE(bop.find("range of the 16-bit depth (0 there; a larger --depth-scale reaches farther)"),
+            std::string::npos)
+      << bop;
+  EXPECT_NE(bop.find("more alpha than 0.25 "), std::string::npos) << bop;
+  EXPECT_NE(text_of(root_ / "bop" / "frames.jsonl").find("\"px_count_valid\":0"), std::string::npos);
+  description.format = "coco";
+  ASSERT_EQ(run(root_ / "coco", description), "");
+  EXPECT_EQ(text_of(root_ / "coco" / "README.md").find("16-bit depth"), std::string::npos);
+  EXPECT_NE(text_of(root_ / "coco" / "frames.jsonl").find("\"px_count_valid\":4"), std::string::npos);
+  description.format = "c3vd";
+  ASSERT_EQ(run(root_ / "c3vd", description), "");
+  EXPECT_NE(text_of(root_ / "c3vd" / "README.md").find("depth of C3VD ends at 100 mm"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace fire3dv::dataset
