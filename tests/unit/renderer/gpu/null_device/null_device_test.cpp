@@ -381,19 +381,19 @@ std::string test_name(const testing::TestParamInfo<Generation>& info) {
 constexpr const char* kLanes64 = "";
 constexpr const char* kLanes32 = "cswave32,gewave32,pswave32,rtwave32";
 INSTANTIATE_TEST_SUITE_P(Quick, NullDevices,
-                         testing::Values(Generation{"polaris10", kLanes64, Constants::defaults, 116}),
+                         testing::Values(Generation{"polaris10", kLanes64, Constants::defaults, 120}),
                          test_name);
 INSTANTIATE_TEST_SUITE_P(Long, NullDevices,
-                         testing::Values(Generation{"bonaire", kLanes64, Constants::defaults, 116},
-                                         Generation{"polaris10", kLanes64, Constants::all_true, 116},
-                                         Generation{"polaris10", kLanes64, Constants::all_false, 116},
-                                         Generation{"raven", kLanes64, Constants::defaults, 116},
-                                         Generation{"navi10", kLanes32, Constants::defaults, 128},
-                                         Generation{"navi21", kLanes64, Constants::defaults, 156},
-                                         Generation{"navi21", kLanes32, Constants::all_true, 156},
-                                         Generation{"navi31", kLanes32, Constants::defaults, 156},
-                                         Generation{"gfx1150", kLanes64, Constants::defaults, 156},
-                                         Generation{"gfx1201", kLanes32, Constants::defaults, 156}),
+                         testing::Values(Generation{"bonaire", kLanes64, Constants::defaults, 120},
+                                         Generation{"polaris10", kLanes64, Constants::all_true, 120},
+                                         Generation{"polaris10", kLanes64, Constants::all_false, 120},
+                                         Generation{"raven", kLanes64, Constants::defaults, 120},
+                                         Generation{"navi10", kLanes32, Constants::defaults, 132},
+                                         Generation{"navi21", kLanes64, Constants::defaults, 162},
+                                         Generation{"navi21", kLanes32, Constants::all_true, 162},
+                                         Generation{"navi31", kLanes32, Constants::defaults, 162},
+                                         Generation{"gfx1150", kLanes64, Constants::defaults, 162},
+                                         Generation{"gfx1201", kLanes32, Constants::defaults, 162}),
                          test_name);
 
 // Vulkan 1.0 guarantees these limits, so that no device needs a fallback.
