@@ -47,7 +47,7 @@ int exit_status(std::span<const CheckedFinding> findings) {
 std::string describe(const Trial& trial) {
   switch (trial.outcome) {
     case Outcome::hung:
-      return "hangs";
+      return trial.detail.empty() ? "hangs" : "hangs (for more than " + trial.detail + ")";
     case Outcome::crashed:
       return "crashes (" + trial.detail + ")";
     case Outcome::failed:

@@ -39,7 +39,8 @@ std::vector<CheckedFinding> run_checks(const Facts& facts);
 // Exit status of the program: 1 if anything is broken, which is an error.
 int exit_status(std::span<const CheckedFinding> findings);
 
-// The fault of an experiment that went wrong: "hangs", "crashes (SIGSEGV)", or "fails: ...".
+// The fault of an experiment that went wrong: "hangs (for more than 20 s)", "crashes (SIGSEGV)", or "fails:
+// ...".
 std::string describe(const Trial& trial);
 
 }  // namespace fire3dv::doctor

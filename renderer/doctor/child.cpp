@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <optional>
@@ -129,7 +130,10 @@ ChildResult run_in_child(const std::function<nlohmann::json()>& experiment, std:
     ::kill(-child, SIGKILL);
     ::kill(child, SIGKILL);
     wait_briefly(child, Clock::now() + kEnd);
-    result.trial = {Outcome::hung, ""};
+    const double limit_s = static_cast<double>(limit.count()) / 1000;
+    char text_of_limit[32];
+    std::snprintf(text_of_limit, sizeof text_of_limit, "%.3g s", limit_s);
+    result.trial = {Outcome::hung, text_of_limit};
     return result;
   }
   if (WIFSIGNALED(*status)) {

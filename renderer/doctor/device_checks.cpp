@@ -117,6 +117,12 @@ std::vector<Finding> check_software(const Facts& facts) {
            facts.replaces_drivers() ? kUnsetDrivers : "fire3dv --require-gpu FILE"}};
 }
 
+// A software device on a busy machine may exceed the time limit without a fault of its driver.
+bool may_be_busy(const DeviceFacts& device, const Trial& trial) {
+  return device.software() && trial.outcome == Outcome::hung;
+}
+constexpr const char* kMoreTime = "fire3dv doctor --time-limit 300  # if this machine is busy";
+
 std::vector<Finding> check_read_back(const Facts& facts) {
   std::vector<Finding> findings;
   std::string good;
@@ -132,9 +138,10 @@ std::vector<Finding> check_read_back(const Facts& facts) {
                         title(device) + " opens, but drawing and reading back 64x64 pixels " +
                             describe(device.read_back) +
                             (by_layers ? "; without implicit layers it works" : ""),
-                        by_layers       ? layers_off_line(facts.implicit_layers)
-                        : other.empty() ? "sudo dmesg | tail"
-                                        : "fire3dv --device " + other + " FILE"});
+                        by_layers                               ? layers_off_line(facts.implicit_layers)
+                        : may_be_busy(device, device.read_back) ? kMoreTime
+                        : other.empty()                         ? "sudo dmesg | tail"
+                                                                : "fire3dv --device " + other + " FILE"});
   }
   if (!good.empty())
     findings.insert(findings.begin(),
@@ -150,7 +157,7 @@ std::vector<Finding> check_rays(const Facts& facts) {
     if (device.ray.went_wrong())
       findings.push_back({Level::error,
                           title(device) + " claims ray tracing, but tracing one ray " + describe(device.ray),
-                          "fire3dv --shadows map FILE"});
+                          may_be_busy(device, device.ray) ? kMoreTime : "fire3dv --shadows map FILE"});
   }
   if (!good.empty())
     findings.insert(findings.begin(), {Level::ok, "a ray hit its triangle on device " + good, ""});

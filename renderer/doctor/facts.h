@@ -22,7 +22,7 @@ enum class Outcome {
 };
 struct Trial {
   Outcome outcome = Outcome::not_tried;
-  std::string detail;  // the error, or the signal's name
+  std::string detail;  // the error, the signal's name, or the time limit
 
   bool passed() const { return outcome == Outcome::passed; }
   bool went_wrong() const { return !passed() && outcome != Outcome::not_tried; }

@@ -64,6 +64,7 @@ TEST(Child, AChildThatHangsIsKilledWithItsOwnChildren) {
       },
       std::chrono::milliseconds(300));
   EXPECT_EQ(result.trial.outcome, Outcome::hung);
+  EXPECT_EQ(result.trial.detail, "0.3 s");
   ::close(ends[1]);
   char byte = 0;
   EXPECT_EQ(::read(ends[0], &byte, 1), 0);  // nobody holds the other end any more

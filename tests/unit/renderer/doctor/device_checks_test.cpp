@@ -95,6 +95,16 @@ TEST(DeviceChecks, ReadBackThatHangsNamesAnotherDevice) {
   EXPECT_EQ(found.fix, "fire3dv --device 1 FILE");
 }
 
+TEST(DeviceChecks, ASlowSoftwareDeviceMayBeOfABusyMachine) {
+  Facts facts = software_machine();
+  facts.devices[0].ray = {Outcome::hung, "20 s"};
+  EXPECT_TRUE(mentions(fault(facts, "ray-tracing").text, "hangs (for more than 20 s)"));
+  EXPECT_TRUE(mentions(fault(facts, "ray-tracing").fix, "fire3dv doctor --time-limit 300"));
+  facts = good_machine();
+  facts.devices[0].ray = {Outcome::hung, "20 s"};
+  EXPECT_EQ(fault(facts, "ray-tracing").fix, "fire3dv --shadows map FILE");
+}
+
 TEST(DeviceChecks, RaysThatCrashFallBackToShadowMaps) {
   Facts facts = good_machine();
   facts.devices[0].ray = {Outcome::crashed, "SIGABRT"};
