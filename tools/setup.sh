@@ -17,7 +17,7 @@ packages=(
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libwebp-dev libjpeg-dev libdraco-dev libopenexr-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
-  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
+  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libhdf5-dev
   libimgui-dev fonts-dejavu-core  # panels and their font
   # example simulator
   libbullet-dev
@@ -26,6 +26,7 @@ packages=(
   iproute2 openssl  # network namespaces, two hosts on one machine, and their certificate
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel  # Python package: arrays, installation with pip
   python3-yaml  # files of containers/
+  python3-h5py  # reads HDF5 data sets in a test
   go-md2man  # manual pages
   patchelf  # wheels: search paths of carried libraries
   libegl1 libxext6  # wheels: carried for NVIDIA's driver
@@ -70,7 +71,7 @@ Install by hand, then run again with FIRE3DV_SKIP_SETUP=1:
   - tinygltf 2.7 or newer, stb_image, libwebp 1.2, libjpeg-turbo 2.1, OpenEXR 3.1, nlohmann-json, meshoptimizer 0.18, Draco 1.5, libpng, standalone Asio 1.22, Boost.Interprocess and Boost.Beast 1.74 (headers),
     OpenSSL 3, libsodium, zstd, lz4,
     CLI11 2, assimp 5.2, yaml-cpp 0.7, urdfdom 3 or 4, console_bridge 1, TinyXML-2 9,
-    FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1)
+    FFmpeg 5.1 (libavformat, libavcodec, libavutil, libswscale; with x264, x265, SVT-AV1), HDF5 1.10 (data sets)
   - optional: go-md2man for the manual pages; Eclipse Cyclone DDS 0.10 with idlc for ROS 2; libsdformat 12 for SDF files
   - for the example and the tests: Bullet 3, GoogleTest, Vulkan validation layers, Xvfb, libXtst, strace, Python 3 with NumPy, pip, setuptools and venv, iproute2, openssl, ffmpeg; for the comparison with MuJoCo's renderer: EGL and libOpenGL
   - without a GPU: Mesa's lavapipe 24.1 or newer (ray queries)

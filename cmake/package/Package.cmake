@@ -99,9 +99,13 @@ foreach(library libavcodec libavformat libavutil libswscale)
   string(REGEX MATCH "^[0-9]+" major "${package_libav_${library}_VERSION}")
   string(APPEND recommended ", ${library}${major}")
 endforeach()
+include(${PROJECT_SOURCE_DIR}/cmake/Hdf5.cmake)
+if(FIRE3DV_HDF5_PACKAGE)
+  set(suggested_hdf5 ", ${FIRE3DV_HDF5_PACKAGE}")
+endif()
 set(vulkan_loader "libvulkan1 (>= 1.3)")  # loaded when a program starts
 fire3dv_package(fire3dv SECTION graphics DEPENDS "${vulkan_loader}" RECOMMENDS "${recommended}"
-  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, fire3dv-ros2, python3-fire3dv"
+  SUGGESTS "fire3dv-drake, fire3dv-examples, fire3dv-gazebo, fire3dv-mujoco, fire3dv-ros2, python3-fire3dv${suggested_hdf5}"
   DESCRIPTION "networked Vulkan renderer for simulators
 A simulator publishes poses from its own process; FIRE-3DV draws them in
 another one, on the same machine or over a network. The simulator never

@@ -78,6 +78,7 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   description.width = options_.run.drawing.width;
   description.height = options_.run.drawing.height;
   description.depth_unit_mm = options_.depth_unit_mm;
+  description.tar_bytes = static_cast<uint64_t>(options_.tar_mb * 1e6);
   description.label_alpha = double{options_.run.drawing.draw.label_alpha};
   const std::vector<std::string>& names = options_.cameras;
   for (const std::string& name : names.empty() ? std::vector{options_.run.drawing.camera} : names) {
@@ -97,6 +98,7 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   auto written = as_written(description);
   if (!written) return written.error();
   description = std::move(*written);
+  if (auto good = layout_->check(description); !good) return good.error();
   for (const std::string& text : description.warnings) log_message(warning(text));
   std::vector<offline::FolderFile> files;
   const std::vector<std::string> models = layout_->static_names(description);
@@ -116,6 +118,8 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
                                    {"keypoints", keypoints},
                                    {"depth scale", std::to_string(options_.depth_unit_mm)},
                                    {"license", options_.license}});
+  if (options_.format == "webdataset")
+    settings.emplace_back("archive size", std::to_string(description.tar_bytes));
   format_ = std::make_shared<DatasetFormat>(std::move(description), std::move(layout_), std::move(files));
   return std::shared_ptr<offline::FrameFormat>(format_);
 }

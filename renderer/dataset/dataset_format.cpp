@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kPageName = "index.html";  // the last file of a set
 constexpr uint64_t kMaxFileBytes = uint64_t{2} << 30;
 
 // Number of instances and sizes of the files of a listed image. nullopt: the line is no image's.
@@ -87,6 +88,7 @@ Result<std::shared_ptr<offline::FrameFormat>> DatasetFormat::find(const std::vec
   if (!layout)
     return Error{(folders.front() / kDescriptionName).string() +
                  " has a format that this version does not know: join with the version that wrote it"};
+  if (auto good = layout->check(*description); !good) return good.error();
   std::vector<offline::FolderFile> files;
   for (const std::string& name : layout->static_names(*description)) {
     auto bytes = read_whole_file(folders.front() / name, kMaxFileBytes);
@@ -141,12 +143,18 @@ Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& ima
   return frame;
 }
 
+bool DatasetFormat::is_finished(const fs::path& folder) const {
+  std::error_code fault;
+  return layout_->is_packed(folder) && fs::exists(folder / kPageName, fault);
+}
+
 bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nlohmann::json& line) const {
   const auto listed = listed_files(line, description_);
   if (!listed) return false;
   const auto& [instances, sizes] = *listed;
   const std::vector<std::string> names = layout_->file_names(description_, image, instances);
   if (names.size() != sizes.size()) return false;
+  if (is_finished(folder)) return true;
   for (size_t i = 0; i < names.size(); ++i) {
     std::error_code fault;
     const fs::path path = folder / names[i];
@@ -163,6 +171,8 @@ Result<offline::EncodedFrame> DatasetFormat::load(const fs::path& folder, uint64
   offline::EncodedFrame frame;
   frame.line = line;
   if (!listed) return Error{folder.string() + ": the line of image " + std::to_string(image) + " is damaged"};
+  if (is_finished(folder))
+    return Error{folder.string() + " is a finished data set and no part of one: copy the folder instead"};
   const auto names = layout_->file_names(description_, image, listed->first);
   for (size_t i = 0; i < names.size(); ++i) {
     auto bytes = read_whole_file(folder / names[i], kMaxFileBytes);
@@ -184,6 +194,10 @@ Result<void> DatasetFormat::begin(const fs::path& folder) {
 }
 
 Result<void> DatasetFormat::complete(const fs::path& folder, const offline::FrameLines& lines) {
+  if (is_finished(folder)) {
+    layout_->remove_loose(folder, description_, lines);  // a run that was killed may have left them
+    return {};
+  }
   if (auto prepared = prepare_folders(folder, folders_of(*layout_, description_)); !prepared) return prepared;
   try {
     return write_final_files(folder, lines);
@@ -203,7 +217,9 @@ Result<void> DatasetFormat::write_final_files(const fs::path& folder,
     return written;
   auto page = make_page(folder, description_, *layout_, statistics, lines);
   if (!page) return page.error();
-  return write_text(folder / "index.html", *page);
+  if (auto written = write_text(folder / kPageName, *page); !written) return written;
+  layout_->remove_loose(folder, description_, lines);
+  return {};
 }
 
 }  // namespace fire3dv::dataset

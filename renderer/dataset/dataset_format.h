@@ -41,6 +41,8 @@ class DatasetFormat final : public offline::FrameFormat {
   Result<void> complete(const std::filesystem::path& folder, const offline::FrameLines& lines) override;
 
  private:
+  // True if the files of the whole set hold all images, whose own files may be gone.
+  bool is_finished(const std::filesystem::path& folder) const;
   Result<void> write_final_files(const std::filesystem::path& folder, const offline::FrameLines& lines) const;
 
   const Description description_;

@@ -17,9 +17,9 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr const char* kCommand = "dataset";
-constexpr std::array kWithValue{"--format",    "--out",     "--camera",      "--rate",
-                                "--start",     "--end",     "--clock",       "--object",
-                                "--keypoints", "--license", "--depth-scale", "--shard"};
+constexpr std::array kWithValue{"--format",      "--out",   "--camera",  "--rate",      "--start",
+                                "--end",         "--clock", "--object",  "--keypoints", "--license",
+                                "--depth-scale", "--shard", "--tar-size"};
 constexpr std::array kFlags{"--help", "-h"};
 
 bool is_recording(const std::filesystem::path& path) {
@@ -96,6 +96,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   group.add("--keypoints", options.keypoints, "FILE.json", "named points of nodes (see manual)");
   group.add("--license", options.license, "TEXT", "licence that the data set states");
   group.add("--depth-scale", options.depth_unit_mm, "MM", "unit of 16-bit depth images in millimetres");
+  group.add("--tar-size", options.tar_mb, "MB", "largest archive of webdataset (default 1000)");
   group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   try {
@@ -133,13 +134,19 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return refuse("--start and --end of a scene are times of an animation: choose one with --animate");
   if (!(options.depth_unit_mm >= 1e-4 && options.depth_unit_mm <= 1000))
     return refuse("--depth-scale must be a number of millimetres from 0.0001 to 1000");
+  const auto names = [&](std::string_view option) {
+    return std::any_of(words.own.begin(), words.own.end(),
+                       [&](const std::string& word) { return word.substr(0, word.find('=')) == option; });
+  };
+  if (names("--tar-size") && options.format != "webdataset")
+    return refuse("--tar-size is for --format webdataset");
+  if (!(options.tar_mb >= 0.1 && options.tar_mb <= 1e6))
+    return refuse("--tar-size must be a number of megabytes from 0.1 to 1000000");
   if (options.cameras.size() > offline::kMaxCameras)
     return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
   if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))
     return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");
-  options.has_depth_scale = std::any_of(words.own.begin(), words.own.end(), [](const std::string& word) {
-    return word.starts_with("--depth-scale");
-  });
+  options.has_depth_scale = names("--depth-scale");
   options.command = command_text(argc, argv);
   return options;
 }

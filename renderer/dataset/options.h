@@ -18,6 +18,7 @@ struct DatasetOptions {
   std::filesystem::path keypoints;   // side file; empty: none
   std::string license;
   double depth_unit_mm = 0.1;
+  double tar_mb = 1000;          // most of an archive, in 10^6 bytes
   bool has_depth_scale = false;  // the command line names the unit
   std::string command;           // the command line, without what differs between shards
 };

@@ -25,7 +25,8 @@ from packaging_tools.elf import resolved
 import version
 
 FONT = "fonts-dejavu-core"  # renderer/passes/markers: embedded, without a header
-LOADED = {"ffmpeg"}  # source packages that are loaded at run time, where present: renderer/sinks/video/libav.cpp
+# Source packages that are loaded at run time, where present: renderer/sinks/video/libav.cpp, renderer/dataset/layouts/hdf5_library.cpp
+LOADED = {"ffmpeg", "hdf5"}
 NOT_IN_RELEASES = re.compile(r"tests/|tools/lab/")
 OWN = re.compile(r"libfire3dv-client\.so")
 

@@ -38,6 +38,12 @@ bool number_at(const ordered_json& from, const char* name, T& value) {
   value = static_cast<T>(number);
   return true;
 }
+bool size_at(const ordered_json& from, const char* name, uint64_t& value) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_number_unsigned()) return false;
+  value = found->get<uint64_t>();
+  return true;
+}
 bool flag_at(const ordered_json& from, const char* name) {
   const auto found = from.find(name);
   return found != from.end() && found->is_boolean() && found->get<bool>();
@@ -59,8 +65,9 @@ bool parse(const ordered_json& json, Description& out) {
   out.license = text_at(json, "license");
   if (!number_at(json, "width", out.width) || !number_at(json, "height", out.height) ||
       !number_at(json, "depth_unit_mm", out.depth_unit_mm) ||
-      !number_at(json, "label_alpha", out.label_alpha) || out.width == 0 || out.height == 0 ||
-      out.width > kMaxSide || out.height > kMaxSide || !(out.depth_unit_mm > 0))
+      !number_at(json, "label_alpha", out.label_alpha) || !size_at(json, "tar_bytes", out.tar_bytes) ||
+      out.width == 0 || out.height == 0 || out.width > kMaxSide || out.height > kMaxSide ||
+      !(out.depth_unit_mm > 0))
     return false;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
     if (!json.contains(name) || !json[name].is_array()) return false;
@@ -130,6 +137,7 @@ std::string to_json(const Description& description) {
   json["width"] = description.width;
   json["height"] = description.height;
   json["depth_unit_mm"] = description.depth_unit_mm;
+  json["tar_bytes"] = description.tar_bytes;
   json["label_alpha"] = description.label_alpha;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"})
     json[name] = ordered_json::array();

@@ -45,8 +45,9 @@ struct Description {
   std::string license;  // empty: not stated
   uint32_t width = 0, height = 0;
   std::vector<std::string> cameras;
-  double depth_unit_mm = 0.1;  // of 16-bit depth images with a scale
-  double label_alpha = 0.5;    // blended surfaces with more alpha have labels
+  double depth_unit_mm = 0.1;              // of 16-bit depth images with a scale
+  uint64_t tar_bytes = uint64_t{1} << 30;  // most of an archive with several images
+  double label_alpha = 0.5;                // blended surfaces with more alpha have labels
   std::vector<Object> objects;
   std::vector<Instance> instances;  // ascending by number
   std::vector<Keypoint> keypoints;

@@ -4,6 +4,8 @@
 
 #include "base/files.h"
 #include "renderer/dataset/layouts/layouts.h"
+#include "renderer/sinks/output_text.h"
+#include "renderer/sinks/png.h"
 
 namespace fire3dv::dataset {
 
@@ -13,7 +15,25 @@ std::unique_ptr<Layout> make_layout(const std::string& format) {
   if (format == "yolo") return make_yolo_layout();
   if (format == "c3vd") return make_c3vd_layout();
   if (format == "folder") return make_folder_layout();
+  if (format == "hdf5") return make_hdf5_layout();
+  if (format == "webdataset") return make_webdataset_layout();
   return nullptr;
+}
+
+Result<std::vector<uint8_t>> Layout::read_color(const std::filesystem::path& folder,
+                                                const Description& description, uint64_t image) const {
+  const std::filesystem::path path = folder / color_name(description, image);
+  auto png = sinks::read_png(path);
+  if (!png) return png.error();
+  if (png->image.width != description.width || png->image.height != description.height)
+    return Error{path.string() + " has another size than the data set"};
+  return std::move(png->image.rgba8);
+}
+
+std::string camera_folder(const Description& description, uint32_t camera) {
+  char number[16];
+  std::snprintf(number, sizeof number, "%02u_", camera);
+  return number + sinks::safe_file_name(description.cameras[camera]);
 }
 
 Result<void> write_text(const std::filesystem::path& path, const std::string& text) {

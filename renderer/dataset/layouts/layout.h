@@ -29,6 +29,8 @@ class Layout {
 
   // Before all others; the description outlives the layout.
   virtual void prepare(const Description&) {}
+  // Error for a set that the format, or this build, cannot hold. Before anything is written.
+  virtual Result<void> check(const Description&) const { return {}; }
   // nullopt: the format has none.
   virtual std::optional<Depth16> depth16(const Description&) const { return {}; }
   // Outputs beside colours, depth and instances.
@@ -39,6 +41,9 @@ class Layout {
   virtual std::vector<std::string> static_names(const Description&) const { return {}; }
   // File of the colours.
   virtual std::string color_name(const Description& description, uint64_t image) const = 0;
+  // Pixels of the colours, four bytes each.
+  virtual Result<std::vector<uint8_t>> read_color(const std::filesystem::path& folder,
+                                                  const Description& description, uint64_t image) const;
   // Files of an image with so many instances, the colours first; in the order of encode().
   virtual std::vector<std::string> file_names(const Description& description, uint64_t image,
                                               size_t instances) const = 0;
@@ -50,16 +55,24 @@ class Layout {
   // Writes the files that list all images.
   virtual Result<void> complete(const std::filesystem::path& folder, const Description& description,
                                 const offline::FrameLines& lines) const = 0;
+  // True if the files of the whole set hold all images, whose own files may be gone: complete() and
+  // remove_loose() have ended, or only complete() has.
+  virtual bool is_packed(const std::filesystem::path&) const { return false; }
+  // Removes the images' own files, if the files of the whole set hold them.
+  virtual void remove_loose(const std::filesystem::path&, const Description&,
+                            const offline::FrameLines&) const {}
   // Files, units and conventions, as Markdown for the README.
   virtual std::string conventions(const Description& description) const = 0;
 };
 
-constexpr const char* kFormats = "bop|coco|yolo|c3vd|folder";
+constexpr const char* kFormats = "bop|coco|yolo|c3vd|folder|hdf5|webdataset";
 // Null: there is no such format.
 std::unique_ptr<Layout> make_layout(const std::string& format);
 
 // Writes a text file atomically.
 Result<void> write_text(const std::filesystem::path& path, const std::string& text);
+// Folder of a camera: its index and name.
+std::string camera_folder(const Description& description, uint32_t camera);
 // "000123"
 std::string six_digits(uint64_t number);
 

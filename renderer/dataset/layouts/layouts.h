@@ -17,5 +17,9 @@ std::unique_ptr<Layout> make_yolo_layout();
 std::unique_ptr<Layout> make_c3vd_layout();
 // NumPy arrays, a folder for each camera: 000000.png, 000000.depth.npy and so on, 000000.json.
 std::unique_ptr<Layout> make_folder_layout();
+// HDF5: a file an image, and data.hdf5 over all.
+std::unique_ptr<Layout> make_hdf5_layout();
+// WebDataset: tar archives of samples, by size.
+std::unique_ptr<Layout> make_webdataset_layout();
 
 }  // namespace fire3dv::dataset

@@ -10,7 +10,6 @@
 #include "renderer/dataset/layouts/image_files.h"
 #include "renderer/dataset/layouts/layouts.h"
 #include "renderer/sinks/file_sink.h"
-#include "renderer/sinks/output_text.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -96,10 +95,6 @@ std::vector<uint8_t> encode_silhouettes(const sinks::FrameImage& image, const Im
     ++label;
   }
   return sinks::encode_npy("|u1", shape, masks);
-}
-
-std::string camera_folder(const Description& description, uint32_t camera) {
-  return number_text(camera, "%02llu") + "_" + sinks::safe_file_name(description.cameras[camera]);
 }
 
 std::vector<std::string> camera_folders(const Description& description) {

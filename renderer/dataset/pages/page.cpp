@@ -4,11 +4,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <utility>
 
 #include "base/image/jpeg_encoder.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "renderer/sinks/png.h"
+#include "renderer/sinks/frame.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -140,11 +141,12 @@ Result<std::string> make_figure(const std::filesystem::path& folder, const Descr
                                 const Layout& layout, uint64_t image, const std::string& text) {
   const json line = json::parse(text);
   const std::string name = layout.color_name(description, image);
-  auto png = sinks::read_png(folder / name);
-  if (!png) return png.error();
-  sinks::FrameImage& colors = png->image;
-  if (colors.width != description.width || colors.height != description.height)
-    return Error{(folder / name).string() + " has another size than the data set"};
+  auto pixels = layout.read_color(folder, description, image);
+  if (!pixels) return pixels.error();
+  sinks::FrameImage colors;
+  colors.width = description.width;
+  colors.height = description.height;
+  colors.rgba8 = std::move(*pixels);
   const uint32_t factor =
       std::max(1u, std::min({colors.width / kThumbnailWidth, colors.width, colors.height}));
   const std::vector<uint8_t> small = make_thumbnail(colors, line.value("instances", json::array()), factor);

@@ -302,7 +302,7 @@ def bad_input(test):
     open(plain, "w").close()
     for arguments, code, sentence in (
             ([], 2, "name a recording or a scene first"),
-            ([scene, "--out", out], 2, "--format: name one of: bop coco yolo c3vd folder"),
+            ([scene, "--out", out], 2, "--format: name one of: bop coco yolo c3vd folder hdf5 webdataset"),
             ([scene, "--out", out, "--format", "png"], 2, "--format"),
             ([scene, "--format", "bop"], 2, "--out: name a folder"),
             ([scene, "--format", "bop", "--out", out, "--shard", "2/1"], 2, "--shard 2/1"),

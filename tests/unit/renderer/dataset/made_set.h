@@ -169,6 +169,6 @@ class MadeSet : public ::testing::Test {
   uint64_t existing_ = 0;  // images that the last run found
 };
 
-constexpr const char* kAllFormats[] = {"bop", "coco", "yolo", "c3vd", "folder"};
+constexpr const char* kAllFormats[] = {"bop", "coco", "yolo", "c3vd", "folder", "hdf5", "webdataset"};
 
 }  // namespace fire3dv::dataset

@@ -1,8 +1,10 @@
 // Test of the files of data sets: where they may be written, what is kept, and texts.
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
 #include "made_set.h"
+#include "renderer/dataset/layouts/hdf5_file.h"
 #include "renderer/dataset/layouts/layout.h"
 
 namespace fire3dv::dataset {
@@ -15,6 +17,10 @@ using SetFiles = MadeSet;
 TEST_F(SetFiles, EachFormatIsWhole) {
   for (const std::string format : kAllFormats) {
     const fs::path folder = root_ / format;
+    if (format == "hdf5" && !can_write_hdf5().ok()) {
+      std::printf("left out: %s\n", can_write_hdf5().error().message.c_str());
+      continue;
+    }
     ASSERT_EQ(run(folder, made_description(format)), "") << format;
     for (const char* name : {"README.md", "index.html", "dataset.json", "frames.jsonl", "manifest.json"})
       EXPECT_TRUE(fs::exists(folder / name)) << format << " " << name;

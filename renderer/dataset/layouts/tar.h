@@ -1,0 +1,36 @@
+// Writer of tar archives (POSIX ustar) with regular files: no times, owners or links, so that the same files
+// give the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace fire3dv::dataset {
+
+// Bytes that a file of this size takes in an archive.
+constexpr uint64_t tar_bytes(uint64_t file_bytes) {
+  constexpr uint64_t kBlock = 512;
+  return kBlock + (file_bytes + kBlock - 1) / kBlock * kBlock;
+}
+
+class TarFile {
+ public:
+  static Result<TarFile> create(const std::filesystem::path& path);
+
+  // name: at most 99 bytes.
+  Result<void> add(const std::string& name, std::span<const uint8_t> bytes);
+  // Ends the archive; it appears under its name. Returns its size.
+  Result<uint64_t> finish();
+
+ private:
+  explicit TarFile(base::AtomicFile file) : file_(std::move(file)) {}
+  base::AtomicFile file_;
+  uint64_t bytes_ = 0;
+};
+
+}  // namespace fire3dv::dataset
