@@ -36,9 +36,9 @@ packages=(
 # Optional, installed where the distribution has them. MuJoCo: examples/two_simulators and adapters/mujoco, which are
 # skipped without it. EGL and OpenGL: comparison with MuJoCo's own renderer.
 # KDL: oracle of a test. libsdformat (Debian 12, not 13): fire3dv-convert's SDF reader. ZeroMQ and protobuf:
-# adapters/gazebo. Cyclone DDS: adapters/ros2.
+# adapters/gazebo. Cyclone DDS: adapters/ros2. Dask: the test of examples/dask.
 optional_packages=(libmujoco-dev libegl-dev libopengl-dev liborocos-kdl-dev libsdformat-dev
-  libzmq3-dev libprotobuf-dev protobuf-compiler cyclonedds-dev cyclonedds-tools)
+  libzmq3-dev libprotobuf-dev protobuf-compiler cyclonedds-dev cyclonedds-tools python3-distributed)
 # With --peers: programs and libraries of others that tests talk to, where the distribution has them. ignition-transport
 # for adapters/gazebo; Fast DDS, ROS 2's other DDS library, and tf2 of ROS 1 as oracle for adapters/ros2; Chromium for the
 # live view's page; clang-format 14 (Debian 12) and universal-ctags for the checks of format and structure; MyST (and by
