@@ -89,8 +89,8 @@ std::vector<std::string> settings_without_effect(const gpu::Device& device, cons
   return warnings;
 }
 
-void warn_of_missing_labels(const scene::Scene& scene, float label_alpha) {
-  const std::vector<uint32_t> nodes = passes::nodes_without_labels(scene, label_alpha);
+void warn_of_missing_labels(const scene::Scene& scene, const scene::SceneEdits& edits, float label_alpha) {
+  const std::vector<uint32_t> nodes = passes::nodes_without_labels(scene, &edits, label_alpha);
   if (nodes.empty()) return;
   constexpr size_t kNamesShown = 5;
   std::string names;

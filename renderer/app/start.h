@@ -12,6 +12,7 @@
 #include "renderer/app/options/options.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/passes/scene_renderer.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "renderer/state/motion/animation.h"
 #include "renderer/state/robot_pose.h"
 
@@ -41,7 +42,7 @@ Result<std::shared_ptr<const scene::EnvironmentImage>> load_environment(const st
 std::vector<std::string> settings_without_effect(const gpu::Device& device, const Options& options);
 
 // Warns of instances that depth and labels lack, by name.
-void warn_of_missing_labels(const scene::Scene& scene, float label_alpha);
+void warn_of_missing_labels(const scene::Scene& scene, const scene::SceneEdits& edits, float label_alpha);
 
 // Note about the sun of the environment; empty: none is drawn as a light. After SceneRenderer::set_scene().
 std::string describe_sun(const passes::SceneRenderer& renderer);

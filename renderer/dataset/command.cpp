@@ -61,7 +61,7 @@ Error orthographic(const std::string& name) {
 
 void warn_of_missing_labels(const scene::Scene& scene, float label_alpha, Description& description) {
   std::vector<std::string> names;
-  for (const uint32_t node : passes::nodes_without_labels(scene, label_alpha))
+  for (const uint32_t node : passes::nodes_without_labels(scene, nullptr, label_alpha))
     names.push_back(scene.nodes[node].path);
   if (names.empty()) return;
   description.warnings.push_back(counted(names.size(), "node") +

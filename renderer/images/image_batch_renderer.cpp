@@ -24,8 +24,9 @@ bool has_lens(const ImageCamera& camera) {
   return camera.lens.model != passes::LensModel::none;
 }
 
-bool needs_last_image(const wire::ImageRequest& request) {
-  return wire::ImageOutputs(request.outputs).needs_last_image();
+// True if the next image of the request is compared with this one.
+bool has_history(const wire::ImageRequest& request) {
+  return wire::ImageOutputs(request.outputs).needs_last_image() && !state::is_of_one_image(request);
 }
 
 // Exact read-back size of `views` views of the request.
@@ -222,7 +223,8 @@ size_t ImageBatchRenderer::batch_size(std::span<const WorkItem> rest, const Limi
     const wire::ImageRequest& next = rest[count].due.request;
     if (next.intrinsics.width != first.intrinsics.width ||
         next.intrinsics.height != first.intrinsics.height || next.outputs != first.outputs ||
-        has_lens(rest[count].camera) || rest[count].camera.markers || !used_lens(rest[count]).is_pinhole())
+        has_history(next) != has_history(first) || has_lens(rest[count].camera) ||
+        rest[count].camera.markers || !used_lens(rest[count]).is_pinhole())
       break;
     ++count;
   }
@@ -252,6 +254,7 @@ std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const
                                                                     .outputs = outputs_behind(first),
                                                                     .scene = scene,
                                                                     .markers = first.camera.markers,
+                                                                    .has_history = has_history(request),
                                                                     .lens = !used_lens(first).is_pinhole(),
                                                                     .in_motion = first.camera.in_motion,
                                                                     .refines = refines},
@@ -346,7 +349,7 @@ void ImageBatchRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::St
 
 std::vector<passes::CameraHistory> ImageBatchRenderer::take_histories(std::span<const WorkItem> batch) {
   std::vector<passes::CameraHistory> histories;
-  if (!needs_last_image(batch[0].due.request)) return histories;
+  if (!has_history(batch[0].due.request)) return histories;
   for (const WorkItem& work : batch)
     histories.push_back(std::move(histories_[{work.due.requester, work.due.request.id}]));
   return histories;

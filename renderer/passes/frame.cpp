@@ -131,6 +131,12 @@ SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Sc
   return uses;
 }
 
+OutputsPass::Images images_of(const FrameRequest& request) {
+  return {
+      request.outputs,       request.extent, request.views, request.has_history, request.flow_from != nullptr,
+      request.keeps_surfaces};
+}
+
 void ScenePasses::use(Targets& targets) {
   try {
     if (visibility) visibility->set_targets(targets);
@@ -144,7 +150,7 @@ void ScenePasses::use(Targets& targets) {
 
 void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest& request,
                            const FramePlan& plan, Targets& targets, GpuScene& gpu_scene) {
-  if (outputs) outputs->begin(request.outputs, gpu_scene, request.extent, request.views);
+  if (outputs) outputs->begin(images_of(request), gpu_scene);
   if (plan.visibility_buffer)
     visibility->allocate(gpu_scene, settings.draw().cull, plan.camera_levels_of_detail);
   if (plan.ray_effects)
@@ -244,8 +250,7 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
   }
   if (plan.visibility_buffer) passes_.visibility->begin();
   if (plan.shadow_maps) passes_.shadows.begin_maps(map_sets_.size());
-  if (passes_.outputs)
-    passes_.outputs->begin(request.outputs, source.gpu_scene, request.extent, request.views);
+  if (passes_.outputs) passes_.outputs->begin(images_of(request), source.gpu_scene);
   upload_globals();
   const bool is_bounded = plan.compute_shading && plan.forward;
   forward_area_ = is_bounded
@@ -304,7 +309,8 @@ void Frame::rasterise() {
 void Frame::write_planes(std::span<CameraHistory> histories) {
   passes_.outputs->record(recorder_, source_.staging,
                           {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views,
-                           globals_, source_.settings.draw().label_alpha},
+                           globals_, source_.settings.draw().label_alpha, source_.edits,
+                           source_.request.flow_from.get(), source_.request.keeps_surfaces},
                           histories);
 }
 

@@ -101,6 +101,8 @@ struct ImagePasses {
   TargetCache targets;
 };
 
+OutputsPass::Images images_of(const FrameRequest& request);
+
 // Resources and values of the image.
 struct FrameSource {
   ScenePasses& passes;
@@ -114,6 +116,7 @@ struct FrameSource {
   gpu::StagingRing& staging;
   PosesOfWorlds poses;
   std::span<const View> views;
+  const scene::SceneEdits* edits;  // null: none
 
   const state::PoseState& poses_of(const View& view) const { return *poses[view.world]; }
 };

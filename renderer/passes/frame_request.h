@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <utility>
 
 #include "protocol/wire/image_outputs.h"
@@ -9,6 +10,8 @@
 #include "renderer/passes/debug/inspection.h"
 
 namespace fire3dv::passes {
+
+struct CameraHistory;
 
 using wire::ImageOutput;
 using wire::ImageOutputs;
@@ -26,6 +29,11 @@ struct FrameRequest {
   Inspection inspection = {};  // for a single view with colours; unavailable parts are ignored
   SceneUpdate scene = SceneUpdate::update;
   bool markers = false;  // shows those of set_markers(); images of several views have none
+  // Flow from the earlier image of this history to this one, which has motion and occlusion: see
+  // SceneRenderer::flow(). Of a single view. Null: none.
+  std::shared_ptr<const CameraHistory> flow_from = nullptr;
+  bool keeps_surfaces = false;  // in the history of a single view, for flow to a later image
+  bool has_history = true;      // motion and occlusion of later images compare themselves with this one
   // The view has a lens, which may be new since set_scene(). begin_next() sees it by itself; images of
   // several views have none.
   bool lens = false;
@@ -41,7 +49,7 @@ struct FrameRequest {
 enum class Shortage : uint8_t {
   none,
   unsupported_outputs,
-  motion_snapshots,  // camera histories reference too many transform snapshots
+  motion_snapshots,  // camera histories reference too many transform snapshots, or too many depths
   device_memory,
 };
 

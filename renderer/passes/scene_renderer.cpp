@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/plural.h"
 #include "renderer/passes/frame.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/passes/outputs/silhouettes.h"
@@ -143,17 +144,19 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
   TargetCache& targets = drawn_->targets;
   if (request.scene == SceneUpdate::update && still_->passes.outputs)
     still_->passes.outputs->invalidate_snapshot();
-  if (request.outputs.needs_last_image() && !passes.outputs->has_room_for_snapshot(*gpu_scene_)) {
+  if (passes.outputs && request.has_history &&
+      !passes.outputs->has_room_for_histories(images_of(request), *gpu_scene_)) {
     reason = Shortage::motion_snapshots;
     return Error{
-        "the device keeps where everything was for images of other frames that want motion, and has no "
-        "room for more; ask for motion with every frame, or in fewer requests"};
+        "the device keeps where everything was, and what it hid, for images of other frames that want "
+        "motion or occlusion, and has no room for more; ask for them with every frame, or in fewer or "
+        "smaller requests"};
   }
   if (request.outputs.has(wire::kAmodal) &&
       silhouette_bytes(gpu_scene_->mesh_node_count, request.extent.width, request.extent.height) >
           kMaxSilhouetteBytes) {
     reason = Shortage::unsupported_outputs;
-    return Error{"masks of " + std::to_string(gpu_scene_->mesh_node_count) + " instances in an image of " +
+    return Error{"masks of " + counted(gpu_scene_->mesh_node_count, "instance") + " in an image of " +
                  std::to_string(request.extent.width) + " x " + std::to_string(request.extent.height) +
                  " take more than 256 MiB; ask for a smaller image, or leave amodal out"};
   }
@@ -209,7 +212,7 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.acceleration_structures) build_acceleration_structures(recorder);
   // Generations of the targets, and the constants of each view.
   const FrameSource source{passes,  drawn_->settings, *targets, *gpu_scene_, *scene_, image(),
-                           request, recorder,         staging,  poses,       views};
+                           request, recorder,         staging,  poses,       views,   edits_};
   Frame frame(source, plan);
   // Visibility buffer of the cameras, and shadow maps.
   frame.rasterise();
@@ -390,6 +393,10 @@ gpu::Image& SceneRenderer::image() {
 
 gpu::Buffer& SceneRenderer::planes() {
   return drawn_->passes.outputs->planes();
+}
+
+gpu::Buffer& SceneRenderer::flow() {
+  return drawn_->passes.outputs->flow();
 }
 
 const std::vector<PlaneRange>& SceneRenderer::plane_ranges() const {

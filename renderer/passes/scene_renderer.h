@@ -56,6 +56,7 @@ struct RenderCounts {
   bool markers_lack_memory = false;
 };
 
+// More than 60 members: the one entrance to scene, settings, recording and results.
 class SceneRenderer {
  public:
   SceneRenderer(gpu::Device& device, const settings::DrawSettings& settings);
@@ -130,6 +131,7 @@ class SceneRenderer {
   gpu::Image& image();
   gpu::Buffer& planes();
   const std::vector<PlaneRange>& plane_ranges() const;
+  gpu::Buffer& flow();        // of the last image with FrameRequest::flow_from, see FlowPass::result()
   VkExtent2D extent() const;  // 0: nothing is prepared
   const GpuScene& gpu_scene() const { return *gpu_scene_; }
   RenderCounts counts() const;

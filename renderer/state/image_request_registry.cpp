@@ -32,6 +32,14 @@ std::tuple<int64_t, uint32_t, uint32_t, uint32_t> order(const wire::ImageRequest
 
 }  // namespace
 
+uint64_t drawn_bytes(const wire::ImageRequest& request) {
+  const uint32_t width = request.intrinsics.width, height = request.intrinsics.height;
+  const wire::ImageOutputs drawn = wire::with_sources(wire::ImageOutputs(request.outputs));
+  const bool keeps_depth = drawn.has(wire::kOcclusionU32) && !is_of_one_image(request);
+  return wire::pixel_bytes_of(width, height, drawn.bits(), 0) +
+         (keeps_depth ? wire::pixel_bytes_of(width, height, wire::kDepthF32, 0) : 0);
+}
+
 ImageEffort effort_of(const wire::ImageRequest& request, uint32_t path_samples) {
   const bool is_shaded = wire::ImageOutputs(request.outputs).shaded();
   return {.outputs = static_cast<uint32_t>(std::popcount(request.outputs)),
@@ -101,10 +109,7 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
     return refuse(requester, request, Refusal::not_supported,
                   "this renderer draws no depth of field, which needs its visibility buffer; leave f_number "
                   "and focus_distance_m out");
-  // Boxes are computed from the instance plane, so a request for boxes renders it, too.
-  const uint32_t boxes = request.outputs & (wire::kBoxes2d | wire::kBoxes3d);
-  const uint32_t drawn = request.outputs | (boxes != 0 ? uint32_t{wire::kInstanceU32} : 0);
-  const uint64_t bytes = wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, drawn, 0);
+  const uint64_t bytes = drawn_bytes(request);
   if (bytes > abilities_.max_pixel_bytes)
     return refuse(requester, request, Refusal::too_large,
                   "an image of " + std::to_string(request.intrinsics.width) + " x " +

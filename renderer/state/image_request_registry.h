@@ -36,6 +36,10 @@ inline bool is_of_one_image(const wire::ImageRequest& request) {
   return request.when == wire::ImageWhen::once || request.when == wire::ImageWhen::exactly;
 }
 
+// Bytes that the images of a request take: outputs without lists, the planes that they follow from, and the
+// depth that its next image is compared with.
+uint64_t drawn_bytes(const wire::ImageRequest& request);
+
 // Open requests of each requester and their due times. It checks requests against the renderer's abilities
 // and the peer's budget, and refuses the others (SPEC.md, section 13).
 class ImageRequestRegistry {
@@ -106,7 +110,7 @@ class ImageRequestRegistry {
  private:
   struct Entry {
     wire::ImageRequest request;
-    uint64_t pixel_bytes = 0;  // bytes of one image without boxes
+    uint64_t pixel_bytes = 0;  // drawn_bytes()
     std::shared_ptr<PeerBudget> budget;
     BudgetCharge request_charge, bytes_charge;
     uint64_t rendered = 0;  // number of rendered images

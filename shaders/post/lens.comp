@@ -113,6 +113,23 @@ vec2 motion_at(LensWanted w, vec2 pixel, vec2 source, uint nearest) {
   return before_in == source ? vec2(0) : pixel - before;
 }
 
+// Whether the previous image showed the place of a pixel's point within its borders and the lens's field.
+bool was_inside(LensWanted w, vec2 source, uint nearest) {
+  const vec2 before_in = source - Vec2Ref(w.motion_in).at[nearest];
+  const vec2 point = (before_in - w.principal_point_in) / w.focal_in;
+  if (!(length(point) <= w.largest_radius)) return false;
+  const vec2 before = distort(w, point) * w.focal + w.principal_point;
+  return all(greaterThanEqual(before, vec2(-0.5))) && all(lessThan(before, vec2(w.width, w.height) - 0.5));
+}
+
+uint occlusion_at(LensWanted w, vec2 source, uint nearest) {
+  const uint value = UintRef(w.occlusion_in).at[nearest];
+  const bool is_background = UintRef(w.instance_in).at[nearest] == 0;
+  // A node that was hidden has no motion.
+  const bool has_place = !isnan(Vec2Ref(w.motion_in).at[nearest].x);
+  return is_background || !has_place || was_inside(w, source, nearest) ? value : FIRE3DV_OUTSIDE;
+}
+
 void main() {
   const LensWanted w = LensWantedRef(push.wanted).value;
   const uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -147,5 +164,5 @@ void main() {
   if (w.roughness_out != 0ul) FloatOut(w.roughness_out).at[index] = shown ? FloatRef(w.roughness_in).at[a.nearest] : 0;
   if (w.metallic_out != 0ul) FloatOut(w.metallic_out).at[index] = shown ? FloatRef(w.metallic_in).at[a.nearest] : 0;
   if (w.position_out != 0ul) QuadOut(w.position_out).at[index] = shown ? QuadRef(w.position_in).at[a.nearest] : uvec4(0);
-  if (w.occlusion_out != 0ul) WordRef(w.occlusion_out).at[index] = shown ? UintRef(w.occlusion_in).at[a.nearest] : FIRE3DV_SEEN;
+  if (w.occlusion_out != 0ul) WordRef(w.occlusion_out).at[index] = shown ? occlusion_at(w, source, a.nearest) : FIRE3DV_SEEN;
 }

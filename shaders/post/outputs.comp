@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
+#include "post/other_image.glsl"
 #include "shading/shown_surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -16,26 +17,20 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) writeonly buffer Ha
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LastPositionRef { vec3 at[]; };
 #ifdef FIRE3DV_SURFACE_PLANES
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Vec4Out { vec4 at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer FloatRef { float at[]; };
 #endif
-
-#define kNotANumber uintBitsToFloat(0x7fc00000u)
-
-vec2 pixels_of(GlobalsRef globals, vec4 clip) {
-  precise const vec2 pixels = (clip.xy / clip.w * 0.5 + 0.5) * vec2(globals.value.width, globals.value.height);
-  return pixels;
-}
-
-vec4 clip_direction(mat4 clip_from_world, vec3 direction) {
-  precise const vec4 clip = clip_from_world * vec4(direction, 0);
-  return clip;
-}
 
 // Corner of a triangle in the camera's last image.
 vec3 last_corner(GlobalsRef globals, OutputsWanted wanted, uint vertex) {
   if (wanted.last_positions != 0ul && vertex >= wanted.first_deforming_vertex)
     return LastPositionRef(wanted.last_positions).at[vertex - wanted.first_deforming_vertex];
   return PositionRef(globals.value.positions).at[vertex];
+}
+
+// Whether the camera's last image had the node of a triangle hidden.
+bool was_hidden(GlobalsRef globals, OutputsWanted wanted, VisibleTriangle t, AffineRows last) {
+  if (floatBitsToUint(last.row0.x) == FIRE3DV_NO_PLACE) return true;
+  const bool is_deformed = (t.part.flags & FIRE3DV_PART_DEFORMED) != 0;
+  return is_deformed && floatBitsToUint(last_corner(globals, wanted, t.vertex[0]).x) == FIRE3DV_NO_PLACE;
 }
 
 // Place in node space that the point of a triangle had in the camera's last image. here: its place now.
@@ -68,43 +63,28 @@ vec2 motion_of(GlobalsRef globals, OutputsWanted wanted, ShownSurface shown) {
     const vec3 node = positions.at[t.vertex[0]] * b.x + positions.at[t.vertex[1]] * b.y + positions.at[t.vertex[2]] * b.z;
     here = clip_position(globals.value.clip_from_world, world_position(t.world_from_node, node));
     const AffineRows last = AffineRowsRef(wanted.last_world_from_node).at[t.part.node];
+    if (was_hidden(globals, wanted, t, last)) return vec2(kNotANumber);
     there = clip_position(wanted.last_clip_from_world, world_position(last, last_place(globals, wanted, t, b, node)));
   }
   if (there.w <= 0) return vec2(kNotANumber);  // it was behind the eye
-  return pixels_of(globals, here) - pixels_of(globals, there);
+  const uvec2 size = uvec2(globals.value.width, globals.value.height);
+  return pixels_of(size, here) - pixels_of(size, there);
 }
 
 #ifdef FIRE3DV_SURFACE_PLANES
-// Relative difference of depths of one surface whose triangles meet at an angle.
-const float kSameDepth = 2e-3;
-
-// How the camera's last image showed the visible point. The plane of the point's triangle is compared at the
-// centre of the last image's pixel, where that image's depth is exact.
+// How the camera's last image showed the visible point.
 uint occlusion_of(GlobalsRef globals, OutputsWanted wanted, ShownSurface shown) {
   if (wanted.last_world_from_node == 0ul || wanted.last_depth == 0ul || shown.id == 0) return FIRE3DV_SEEN;
-  const vec2 size = vec2(globals.value.width, globals.value.height);
+  const uvec2 size = uvec2(globals.value.width, globals.value.height);
   const VisibleTriangle t = visible_triangle(globals, shown.id);
-  const vec3 b = nearby(barycentrics_at(t, shown.position, size));
+  const vec3 b = nearby(barycentrics_at(t, shown.position, vec2(size)));
   const AffineRows last = AffineRowsRef(wanted.last_world_from_node).at[t.part.node];
+  if (was_hidden(globals, wanted, t, last)) return FIRE3DV_HIDDEN;
   vec3 corner[3];
   for (int i = 0; i < 3; ++i) corner[i] = world_position(last, last_corner(globals, wanted, t.vertex[i]));
-  const vec3 point = corner[0] * b.x + corner[1] * b.y + corner[2] * b.z;
-  const vec4 clip = clip_position(wanted.last_clip_from_world, point);
-  if (clip.w <= 0 || clip.z > clip.w) return FIRE3DV_OUTSIDE;
-  const vec2 place = pixels_of(globals, clip);
-  if (any(lessThan(place, vec2(0))) || any(greaterThanEqual(place, size))) return FIRE3DV_OUTSIDE;
-  const uvec2 pixel = uvec2(place);
-  float depth_m = dot(point - wanted.last_eye_world, wanted.last_look_world);
-  if (wanted.orthographic == 0) {
-    const vec2 ndc = (vec2(pixel) + 0.5) / size * 2 - 1;
-    const vec3 ray = wanted.last_world_from_ndc_x * ndc.x + wanted.last_world_from_ndc_y * ndc.y + wanted.last_world_from_ndc_origin;
-    const vec3 normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
-    const float at_center = dot(normal, point - wanted.last_eye_world) / dot(normal, ray);
-    // A plane seen edge-on has no depth at the centre.
-    if (abs(at_center - depth_m) < 0.5 * depth_m) depth_m = at_center;
-  }
-  const float last_depth_m = FloatRef(wanted.last_depth).at[pixel.y * globals.value.width + pixel.x];
-  return last_depth_m < depth_m * (1 - kSameDepth) ? FIRE3DV_HIDDEN : FIRE3DV_SEEN;
+  const OtherImage image = OtherImage(wanted.last_clip_from_world, wanted.last_eye_world, wanted.last_look_world, wanted.last_world_from_ndc_x,
+                                      wanted.last_world_from_ndc_y, wanted.last_world_from_ndc_origin, wanted.last_orthographic, wanted.last_depth, size);
+  return occlusion_in(image, corner, corner[0] * b.x + corner[1] * b.y + corner[2] * b.z);
 }
 
 // Albedo, roughness, metallic and position; all 0 for the background.

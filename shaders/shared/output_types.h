@@ -37,9 +37,13 @@ struct OutputsWanted {
   vec3 last_world_from_ndc_x;  // as in Globals
   vec3 last_world_from_ndc_y;
   vec3 last_world_from_ndc_origin;
+  uint last_orthographic;
   vec3 look_world;  // unit view direction
   uint orthographic;
 };
+
+// Word of the transforms and vertices of nodes that the last image had hidden.
+#define FIRE3DV_NO_PLACE 0xffffffffu
 
 // Values of the occlusion plane: how the camera's last image showed a visible point.
 #define FIRE3DV_SEEN 0u

@@ -520,7 +520,8 @@ Result<void> FrameLoop::list_instances() {
   const bool labelled = taken_.has(wire::kInstanceU32) || context_.options.outputs.has(wire::kSemanticU32);
   if (!wants_pixels() || !labelled || instances_listed_ == context_.scene.replaced()) return {};
   instances_listed_ = context_.scene.replaced();
-  warn_of_missing_labels(context_.scene.scene(), context_.renderer.settings().draw().label_alpha);
+  warn_of_missing_labels(context_.scene.scene(), context_.scene.edits(),
+                         context_.renderer.settings().draw().label_alpha);
   const std::string text = capture::list_instances(context_.scene.scene());
   return write_whole_file(context_.options.out / "instances.jsonl",
                           {reinterpret_cast<const uint8_t*>(text.data()), text.size()});

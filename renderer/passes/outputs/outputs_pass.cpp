@@ -10,10 +10,6 @@ namespace {
 using gpu::Use;
 namespace access = gpu::access;
 
-// Memory limit of camera histories; the minimum count of snapshots applies first.
-constexpr VkDeviceSize kMaxSnapshotBytes = VkDeviceSize{256} << 20;
-constexpr size_t kMinSnapshots = 8;
-
 // Vertices that deform; those of a scene's deformed nodes follow all others.
 struct DeformingVertices {
   uint32_t first = 0;
@@ -22,7 +18,10 @@ struct DeformingVertices {
 
 DeformingVertices deforming_vertices(const GpuScene& scene) {
   if (scene.deformed.nodes.empty()) return {};
-  const uint32_t first = scene.geometry[scene.deformed.nodes[0].first_primitive].first_vertex;
+  // Nodes whose meshes have no primitives come with the first primitive of a later node.
+  const uint32_t first_primitive = scene.deformed.nodes[0].first_primitive;
+  if (first_primitive >= scene.geometry.size()) return {};
+  const uint32_t first = scene.geometry[first_primitive].first_vertex;
   const VkDeviceSize offset = first * sizeof(glm::vec3);
   return {first, offset, scene.vertices[0].positions.size_bytes - offset};
 }
@@ -33,6 +32,41 @@ VkDeviceSize node_snapshot_bytes(const GpuScene& scene) {
 
 VkDeviceSize snapshot_bytes(const GpuScene& scene) {
   return node_snapshot_bytes(scene) + scene.world_count * deforming_vertices(scene).bytes;
+}
+
+struct ByteRange {
+  VkDeviceSize offset, bytes;
+};
+
+// Transforms of hidden nodes, in those of a world.
+std::vector<ByteRange> hidden_transforms(const GpuScene& scene) {
+  constexpr VkDeviceSize kRows = sizeof(gpu_types::AffineRows);
+  std::vector<ByteRange> ranges;
+  for (uint32_t node = 0; node < scene.hidden.size(); ++node) {
+    if (!scene.hidden[node]) continue;
+    if (!ranges.empty() && ranges.back().offset + ranges.back().bytes == node * kRows)
+      ranges.back().bytes += kRows;
+    else
+      ranges.push_back({node * kRows, kRows});
+  }
+  return ranges;
+}
+
+// Vertices of hidden nodes, in those of a world that deform.
+std::vector<ByteRange> hidden_vertices(const GpuScene& scene, const DeformingVertices& deforming) {
+  std::vector<ByteRange> ranges;
+  for (size_t i = 0; i < scene.deformed.nodes.size(); ++i) {
+    if (!scene.is_hidden(scene.deformed.nodes[i].node)) continue;
+    const size_t end = i + 1 < scene.deformed.nodes.size() ? scene.deformed.nodes[i + 1].first_primitive
+                                                           : scene.geometry.size();
+    for (size_t p = scene.deformed.nodes[i].first_primitive; p < end; ++p) {
+      const scene::ClusteredPrimitive& primitive = scene.geometry[p];
+      if (primitive.vertex_count > 0)
+        ranges.push_back({(primitive.first_vertex - deforming.first) * sizeof(glm::vec3),
+                          primitive.vertex_count * sizeof(glm::vec3)});
+    }
+  }
+  return ranges;
 }
 
 std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
@@ -53,34 +87,54 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
           device, layout, samples == 4 ? "outputs_surface_4.comp" : "outputs_surface_1.comp",
           gpu::Compile::on_first_use)),
       silhouettes_(device, layout, samples),
+      flow_(device, layout, samples),
       samples_(samples) {}
 
-bool OutputsPass::has_room_for_snapshot(const GpuScene& scene) const {
-  if (current_snapshot_) return true;
-  const auto referenced = static_cast<size_t>(std::count_if(
-      snapshots_.begin(), snapshots_.end(), [](const auto& snapshot) { return snapshot.use_count() > 1; }));
-  return referenced < kMinSnapshots || referenced * snapshot_bytes(scene) < kMaxSnapshotBytes;
+bool OutputsPass::has_room_for_histories(const Images& images, const GpuScene& scene) const {
+  const ImageOutputs& outputs = images.outputs;
+  const auto has_room = [](const Pool& pool, size_t more, VkDeviceSize bytes) {
+    VkDeviceSize all_bytes = more * bytes;
+    for (const auto& buffer : pool) {
+      if (buffer.use_count() == 1) continue;
+      all_bytes += buffer->size_bytes;
+      ++more;
+    }
+    return more <= kMinHistories || all_bytes <= kMaxHistoryBytes;
+  };
+  if (outputs.needs_last_image() && !current_snapshot_ && !has_room(snapshots_, 1, snapshot_bytes(scene)))
+    return false;
+  if (images.keeps_surfaces && !has_room(surfaces_, 1, surfaces_bytes(images.extent))) return false;
+  const VkDeviceSize depth_bytes = VkDeviceSize{sizeof(float)} * images.extent.width * images.extent.height;
+  return !outputs.has(wire::kOcclusionU32) || has_room(depths_, images.views, depth_bytes);
 }
 
-// Returns a snapshot buffer that no history references.
-std::shared_ptr<gpu::Buffer> OutputsPass::free_snapshot(VkDeviceSize bytes) {
-  std::erase_if(snapshots_, [&](const auto& snapshot) {
-    return snapshot.use_count() == 1 && snapshot->size_bytes < bytes;  // of another scene
+// Returns a buffer that no history references.
+std::shared_ptr<gpu::Buffer> OutputsPass::take_free(Pool& pool, VkDeviceSize bytes) {
+  std::erase_if(pool, [&](const auto& buffer) {
+    return buffer.use_count() == 1 && buffer->size_bytes < bytes;  // of another scene or size
   });
-  for (const std::shared_ptr<gpu::Buffer>& snapshot : snapshots_) {
-    if (snapshot.use_count() == 1) return snapshot;
+  for (const std::shared_ptr<gpu::Buffer>& buffer : pool) {
+    if (buffer.use_count() == 1) return buffer;
   }
-  return snapshots_.emplace_back(std::make_shared<gpu::Buffer>(
+  return pool.emplace_back(std::make_shared<gpu::Buffer>(
       gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device)));
 }
 
-void OutputsPass::begin(const ImageOutputs& outputs, const GpuScene& scene, VkExtent2D extent,
-                        uint32_t views) {
-  extent_ = extent;
-  if (outputs.needs_last_image() && !current_snapshot_) (void)free_snapshot(snapshot_bytes(scene));
-  places_ = lay_out_planes(outputs, extent.width, extent.height * views);
+void OutputsPass::begin(const Images& images, const GpuScene& scene) {
+  const ImageOutputs& outputs = images.outputs;
+  extent_ = images.extent;
+  if (images.has_history && outputs.needs_last_image() && !current_snapshot_)
+    (void)take_free(snapshots_, snapshot_bytes(scene));
+  if (images.has_history && outputs.has(wire::kOcclusionU32)) {
+    Pool taken;
+    while (taken.size() < images.views) taken.push_back(take_free(depths_, view_bytes(wire::kDepthF32)));
+  }
+  if (images.keeps_surfaces) (void)take_free(surfaces_, surfaces_bytes(extent_));
+  if (images.has_flow) flow_.make_room(extent_);
+  if (outputs.has_id_planes()) silhouettes_.make_room(scene, extent_, images.views);
+  places_ = lay_out_planes(outputs, extent_.width, extent_.height * images.views);
   if (outputs.has(wire::kAmodal))
-    add_silhouettes(places_, scene.mesh_node_count, extent.width, extent.height);
+    add_silhouettes(places_, scene.mesh_node_count, extent_.width, extent_.height);
   const VkDeviceSize bytes = bytes_of(places_);
   if (bytes == 0 || (planes_ && planes_.size_bytes >= bytes)) return;
   planes_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
@@ -143,6 +197,7 @@ gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint
     parameters.last_world_from_ndc_x = last->world_from_ndc_x;
     parameters.last_world_from_ndc_y = last->world_from_ndc_y;
     parameters.last_world_from_ndc_origin = last->world_from_ndc_origin;
+    parameters.last_orthographic = last->orthographic ? 1 : 0;
   }
   parameters.look_world = source.views[view].look_world;
   parameters.orthographic = source.views[view].orthographic ? 1 : 0;
@@ -153,15 +208,40 @@ void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, con
                          std::span<CameraHistory> histories) {
   if (!labels_) upload_labels(recorder, staging, source);
   const SilhouettesPass::Source shapes{source.scene,   source.gpu_scene,   source.visibility,
-                                       source.globals, source.label_alpha, extent_};
+                                       source.globals, source.label_alpha, extent_,
+                                       source.edits};
   gpu::Buffer* const labelled = silhouettes_.overlay_blended(recorder, staging, shapes);
   write(recorder, staging, source, labelled ? *labelled : source.visibility, histories);
   for (const PlaneRange& place : places_) {
     if (place.output == wire::kAmodal)
       silhouettes_.draw(recorder, staging, shapes, {planes_, place.offset_bytes, place.size_bytes});
   }
+  if (source.flow_from) record_flow(recorder, staging, source);
   if (address_of(wire::kMotion) || address_of(wire::kOcclusionU32))
     update_histories(recorder, source, histories);
+  for (CameraHistory& history : histories) {
+    history.surfaces.reset();
+    if (source.keeps_surfaces && source.views.size() == 1)
+      keep_surfaces(recorder, source, labelled ? *labelled : source.visibility, history);
+  }
+}
+
+void OutputsPass::record_flow(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source) {
+  const CameraHistory& earlier = *source.flow_from;
+  const bool is_same = earlier.scene == scenes_ && earlier.surfaces &&
+                       earlier.depth_size == glm::uvec2(extent_.width, extent_.height);
+  FIRE3DV_ASSERT(is_same && source.views.size() == 1 && address_of(wire::kDepthF32));
+  flow_.record(recorder, staging,
+               {source.gpu_scene, source.views[0], source.globals[0], planes_, address_of(wire::kDepthF32),
+                labels_, extent_},
+               earlier);
+}
+
+void OutputsPass::keep_surfaces(gpu::Recorder& recorder, const Source& source, gpu::Buffer& visibility,
+                                CameraHistory& history) {
+  history.surfaces = take_free(surfaces_, surfaces_bytes(extent_));  // of begin()
+  flow_.keep_surfaces(recorder, {source.gpu_scene, source.views[0], source.globals[0], visibility, extent_},
+                      *history.surfaces);
 }
 
 void OutputsPass::write(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
@@ -209,15 +289,20 @@ void OutputsPass::update_histories(gpu::Recorder& recorder, const Source& source
     history.world_from_ndc_x = view.world_from_ndc_x;
     history.world_from_ndc_y = view.world_from_ndc_y;
     history.world_from_ndc_origin = view.world_from_ndc_origin;
+    history.orthographic = view.orthographic;
     history.scene = scenes_;
   }
-  if (address_of(wire::kOcclusionU32) && address_of(wire::kDepthF32)) keep_depths(recorder, histories);
+  if (address_of(wire::kOcclusionU32) && address_of(wire::kDepthF32)) {
+    keep_depths(recorder, histories);
+  } else {
+    for (CameraHistory& history : histories) history.depth.reset();  // of an earlier image
+  }
 }
 
 void OutputsPass::keep_poses(gpu::Recorder& recorder, GpuScene& scene) {
   const VkDeviceSize node_bytes = node_snapshot_bytes(scene);
   const DeformingVertices deforming = deforming_vertices(scene);
-  current_snapshot_ = free_snapshot(snapshot_bytes(scene));
+  current_snapshot_ = take_free(snapshots_, snapshot_bytes(scene));
   if (node_bytes == 0) return;
   std::vector<Use> uses{Use(scene.world_from_node, access::transfer_read),
                         Use(*current_snapshot_, access::transfer_write)};
@@ -234,6 +319,26 @@ void OutputsPass::keep_poses(gpu::Recorder& recorder, GpuScene& scene) {
                       &positions);
     }
   });
+  mark_hidden(recorder, scene);
+}
+
+// Nodes that this frame hides get places that are no numbers.
+void OutputsPass::mark_hidden(gpu::Recorder& recorder, GpuScene& scene) {
+  if (std::ranges::find(scene.hidden, true) == scene.hidden.end()) return;
+  const VkDeviceSize node_bytes = node_snapshot_bytes(scene);
+  const DeformingVertices deforming = deforming_vertices(scene);
+  recorder.pass("mark hidden", {Use(*current_snapshot_, access::transfer_write)},
+                [&](VkCommandBuffer commands) {
+                  for (uint32_t world = 0; world < scene.world_count; ++world) {
+                    for (const ByteRange& range : hidden_transforms(scene))
+                      vkCmdFillBuffer(commands, current_snapshot_->get(),
+                                      world * scene.node_bytes + range.offset, range.bytes, FIRE3DV_NO_PLACE);
+                    for (const ByteRange& range : hidden_vertices(scene, deforming))
+                      vkCmdFillBuffer(commands, current_snapshot_->get(),
+                                      node_bytes + world * deforming.bytes + range.offset, range.bytes,
+                                      FIRE3DV_NO_PLACE);
+                  }
+                });
 }
 
 void OutputsPass::keep_depths(gpu::Recorder& recorder, std::span<CameraHistory> histories) {
@@ -241,8 +346,7 @@ void OutputsPass::keep_depths(gpu::Recorder& recorder, std::span<CameraHistory> 
   const VkDeviceSize first = address_of(wire::kDepthF32) - planes_.address;
   std::vector<Use> uses{Use(planes_, access::transfer_read)};
   for (CameraHistory& history : histories) {
-    if (!history.depth) history.depth = std::make_shared<gpu::Buffer>();
-    gpu::grow_storage_buffer(device_, *history.depth, bytes);
+    history.depth = take_free(depths_, bytes);  // of begin()
     history.depth_size = {extent_.width, extent_.height};
     uses.emplace_back(*history.depth, access::transfer_write);
   }

@@ -11,6 +11,7 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/outputs/camera_history.h"
+#include "renderer/passes/outputs/flow_pass.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/outputs/silhouettes_pass.h"
 #include "renderer/passes/resources/gpu_scene.h"
@@ -28,12 +29,20 @@ class OutputsPass {
 
   // Reports that nodes have moved since the last record().
   void invalidate_snapshot() { current_snapshot_.reset(); }
-  // False when histories reference so many snapshots that the memory limit leaves no room for another.
-  bool has_room_for_snapshot(const GpuScene& scene) const;
-
-  // Allocates the planes and the motion snapshot. Call it before any pass that writes them; repeated calls
-  // are allowed. Planes of several views are stacked vertically.
-  void begin(const ImageOutputs& outputs, const GpuScene& scene, VkExtent2D extent, uint32_t views);
+  // Images of one submission. has_history: record() updates histories.
+  struct Images {
+    ImageOutputs outputs;
+    VkExtent2D extent;  // of a view
+    uint32_t views;
+    bool has_history;
+    bool has_flow, keeps_surfaces;
+  };
+  // False when histories reference so many buffers that the memory limit leaves no room for those of these
+  // images.
+  bool has_room_for_histories(const Images& images, const GpuScene& scene) const;
+  // Allocates the planes, the motion snapshot and the depths of histories. Call it before any pass that
+  // writes them; repeated calls are allowed. Planes of several views are stacked vertically.
+  void begin(const Images& images, const GpuScene& scene);
 
   // Source of the images.
   struct Source {
@@ -43,12 +52,16 @@ class OutputsPass {
     std::span<const View> views;
     std::span<const VkDeviceAddress> globals;  // per view
     float label_alpha = 0.5f;                  // settings::DrawSettings
+    const scene::SceneEdits* edits = nullptr;  // null: none
+    const CameraHistory* flow_from = nullptr;  // see FrameRequest
+    bool keeps_surfaces = false;
   };
   // histories: one per view, or empty without motion; updated to these images.
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
               std::span<CameraHistory> histories);
 
   gpu::Buffer& planes() { return planes_; }
+  gpu::Buffer& flow() { return flow_.result(); }
   const std::vector<PlaneRange>& places() const { return places_; }
   VkDeviceAddress address_of(ImageOutput output) const;  // 0: not requested
 
@@ -60,18 +73,25 @@ class OutputsPass {
              gpu::Buffer& visibility, std::span<CameraHistory> histories);
   void update_histories(gpu::Recorder& recorder, const Source& source, std::span<CameraHistory> histories);
   void keep_poses(gpu::Recorder& recorder, GpuScene& scene);
+  void mark_hidden(gpu::Recorder& recorder, GpuScene& scene);
+  void record_flow(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
+  void keep_surfaces(gpu::Recorder& recorder, const Source& source, gpu::Buffer& visibility,
+                     CameraHistory& history);
   void keep_depths(gpu::Recorder& recorder, std::span<CameraHistory> histories);
-  std::shared_ptr<gpu::Buffer> free_snapshot(VkDeviceSize bytes);
+  // Buffers referenced by histories, or free.
+  using Pool = std::vector<std::shared_ptr<gpu::Buffer>>;
+  std::shared_ptr<gpu::Buffer> take_free(Pool& pool, VkDeviceSize bytes);
   VkDeviceSize view_bytes(ImageOutput output) const;
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
   gpu::Pipeline pipeline_, surface_pipeline_;  // without and with planes of materials, position and occlusion
   SilhouettesPass silhouettes_;
+  FlowPass flow_;
   gpu::Buffer planes_;
-  gpu::Buffer labels_;                                   // PartLabels[part]
-  std::vector<std::shared_ptr<gpu::Buffer>> snapshots_;  // snapshots referenced by histories, or free
-  std::shared_ptr<gpu::Buffer> current_snapshot_;        // of this frame; null: no snapshot yet
+  gpu::Buffer labels_;  // PartLabels[part]
+  Pool snapshots_, depths_, surfaces_;
+  std::shared_ptr<gpu::Buffer> current_snapshot_;  // of this frame; null: no snapshot yet
   std::vector<PlaneRange> places_;
   VkExtent2D extent_{};  // of a view
   uint32_t samples_;

@@ -10,6 +10,10 @@
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/scene/model/scene.h"
 
+namespace fire3dv::scene {
+class SceneEdits;
+}
+
 namespace fire3dv::passes {
 
 // Nodes with a mesh, in order: the index of a node is its slot.
@@ -19,8 +23,14 @@ constexpr uint32_t silhouette_words(uint32_t slots) {
   return (slots + 31) / 32;
 }
 
+// Largest alpha of a primitive's surface: textures and vertex colours only lower it. edits null: none.
+float largest_alpha(const scene::Scene& scene, const scene::SceneEdits* edits, uint32_t node,
+                    const scene::Primitive& primitive);
+
 // Nodes with triangles of which none is ever in labels: all are blended, with no more alpha than this.
-std::vector<uint32_t> nodes_without_labels(const scene::Scene& scene, float label_alpha);
+// Hidden nodes are left out. edits null: none.
+std::vector<uint32_t> nodes_without_labels(const scene::Scene& scene, const scene::SceneEdits* edits,
+                                           float label_alpha);
 
 // Most bytes of an image's silhouettes.
 constexpr uint64_t kMaxSilhouetteBytes = uint64_t{256} << 20;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "renderer/passes/outputs/silhouettes.h"
 
@@ -15,11 +16,13 @@ namespace access = gpu::access;
 float alpha_limit_of(const scene::Material& material, float label_alpha) {
   if (material.alpha_mode == scene::AlphaMode::mask) return FIRE3DV_ALPHA_CUTOFF;
   if (material.alpha_mode == scene::AlphaMode::opaque) return 0;
-  return std::nextafter(label_alpha, 2.0f);  // more than the limit
+  // More than the limit, and no denormal number, which a device may take for 0.
+  return std::max(std::nextafter(label_alpha, 2.0f), std::numeric_limits<float>::min());
 }
 
-std::vector<gpu_types::LabelPart> drawn_parts(const scene::Scene& scene, const GpuScene& gpu_scene,
-                                              float label_alpha) {
+std::vector<gpu_types::LabelPart> drawn_parts(const SilhouettesPass::Source& source) {
+  const scene::Scene& scene = source.scene;
+  const GpuScene& gpu_scene = source.gpu_scene;
   std::vector<gpu_types::LabelPart> parts(gpu_scene.part_count, {FIRE3DV_NO_INDEX, 0, 0});
   uint32_t slot = 0;
   for (const uint32_t node : nodes_with_silhouettes(scene)) {
@@ -27,8 +30,9 @@ std::vector<gpu_types::LabelPart> drawn_parts(const scene::Scene& scene, const G
     const uint32_t first_part = gpu_scene.first_part_of_node[node];
     for (uint32_t i = 0; i < mesh.primitive_count && !gpu_scene.is_hidden(node); ++i) {
       const scene::Primitive& primitive = scene.primitives[mesh.first_primitive + i];
-      const float limit = alpha_limit_of(scene.materials[primitive.material], label_alpha);
-      if (primitive.topology != scene::Topology::triangles || limit > 1) continue;
+      if (primitive.topology != scene::Topology::triangles) continue;
+      const float limit = alpha_limit_of(scene.materials[primitive.material], source.label_alpha);
+      if (limit > 0 && largest_alpha(scene, source.edits, node, primitive) < limit) continue;
       const bool is_overlaid = (gpu_scene.part_flags[first_part + i] & FIRE3DV_PART_FORWARD_ONLY) != 0;
       parts[first_part + i] = {slot, is_overlaid ? 1u : 0u, limit};
     }
@@ -47,16 +51,22 @@ SilhouettesPass::SilhouettesPass(gpu::Device& device, VkPipelineLayout layout, u
                                              gpu::Compile::on_first_use)),
       samples_(samples) {}
 
+VkDeviceSize SilhouettesPass::view_bytes(VkExtent2D extent) const {
+  return VkDeviceSize{8} * samples_ * extent.width * extent.height;
+}
+
+void SilhouettesPass::make_room(const GpuScene& scene, VkExtent2D extent, uint32_t views) {
+  if (scene.has_blended_triangles) gpu::grow_storage_buffer(device_, labelled_, views * view_bytes(extent));
+}
+
 gpu::Buffer* SilhouettesPass::overlay_blended(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                               const Source& source) {
-  if (!source.gpu_scene.has_forward_only) return nullptr;
-  const std::vector<gpu_types::LabelPart> parts =
-      drawn_parts(source.scene, source.gpu_scene, source.label_alpha);
+  if (!source.gpu_scene.has_forward_only || !source.gpu_scene.has_blended_triangles) return nullptr;
+  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source);
   if (std::ranges::none_of(parts, [](const gpu_types::LabelPart& part) { return part.is_overlaid != 0; }))
     return nullptr;
-  const VkDeviceSize view_bytes = VkDeviceSize{8} * samples_ * source.extent.width * source.extent.height;
-  const VkDeviceSize bytes = view_bytes * source.globals.size();
-  gpu::grow_storage_buffer(device_, labelled_, bytes);
+  const VkDeviceSize of_view = view_bytes(source.extent), bytes = of_view * source.globals.size();
+  FIRE3DV_ASSERT(labelled_.size_bytes >= bytes);  // make_room()
   recorder.pass("copy ids",
                 {Use(source.visibility, access::transfer_read), Use(labelled_, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
@@ -66,7 +76,7 @@ gpu::Buffer* SilhouettesPass::overlay_blended(gpu::Recorder& recorder, gpu::Stag
   const VkDeviceAddress of_parts = staging.write(std::span<const gpu_types::LabelPart>(parts)).address;
   std::vector<gpu_types::SilhouettesWanted> wanted;
   for (size_t view = 0; view < source.globals.size(); ++view) {
-    wanted.push_back({source.globals[view], of_parts, 0, 0, labelled_.address + view * view_bytes,
+    wanted.push_back({source.globals[view], of_parts, 0, 0, labelled_.address + view * of_view,
                       source.gpu_scene.lod0_cluster_instance_count});
   }
   dispatch(recorder, staging, "blended labels", source.gpu_scene, labelled_, wanted);
@@ -77,8 +87,7 @@ void SilhouettesPass::draw(gpu::Recorder& recorder, gpu::StagingRing& staging, c
                            const Bits& bits) {
   if (bits.bytes == 0) return;
   FIRE3DV_ASSERT(source.globals.size() == 1);
-  const std::vector<gpu_types::LabelPart> parts =
-      drawn_parts(source.scene, source.gpu_scene, source.label_alpha);
+  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source);
   const VkDeviceAddress of_parts = staging.write(std::span<const gpu_types::LabelPart>(parts)).address;
   recorder.pass("clear silhouettes", {Use(bits.buffer, access::transfer_write)},
                 [&](VkCommandBuffer commands) {

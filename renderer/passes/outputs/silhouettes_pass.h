@@ -8,6 +8,7 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/scene/model/scene_edits.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -24,10 +25,13 @@ class SilhouettesPass {
     std::span<const VkDeviceAddress> globals;  // per view
     float label_alpha;                         // blended surfaces with more alpha have labels
     VkExtent2D extent;                         // of a view
+    const scene::SceneEdits* edits = nullptr;  // null: none
   };
 
-  // Returns a copy of the visibility buffer with the blended surfaces, or null without any. Borrowed until
-  // the next call.
+  // Allocates what overlay_blended() of such images needs.
+  void make_room(const GpuScene& scene, VkExtent2D extent, uint32_t views);
+  // Returns a copy of the visibility buffer with the blended surfaces, or null if none can have a label.
+  // Borrowed until the next call.
   gpu::Buffer* overlay_blended(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
 
   // Memory of the bits, see silhouettes.h.
@@ -39,6 +43,7 @@ class SilhouettesPass {
   void draw(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source, const Bits& bits);
 
  private:
+  VkDeviceSize view_bytes(VkExtent2D extent) const;
   void dispatch(gpu::Recorder& recorder, gpu::StagingRing& staging, const char* name, GpuScene& scene,
                 gpu::Buffer& written, std::span<const gpu_types::SilhouettesWanted> wanted);
 

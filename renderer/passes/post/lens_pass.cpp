@@ -194,6 +194,8 @@ ImageOutputs pinhole_outputs(ImageOutputs outputs) {
   outputs = with_sources(outputs);
   // Depth is interpolated within one instance.
   if (outputs.has(wire::kDepthF32)) outputs.add(wire::kInstanceU32);
+  // Where a point was decides whether the lens showed it.
+  if (outputs.has(wire::kOcclusionU32)) outputs.add(wire::kMotion);
   return outputs;
 }
 

@@ -378,6 +378,7 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
     has_forward_only |= (part.flags & FIRE3DV_PART_FORWARD_ONLY) != 0;
     has_masked |= (part.flags & FIRE3DV_PART_MASK) != 0;
   }
+  has_blended_triangles = any_blended_triangles(scene);
   cluster_instance_count = static_cast<uint32_t>(all_parts.clusters.size());
   lod0_cluster_instance_count = all_parts.lod0_cluster_count;
   for (uint32_t i = 0; i < lod0_cluster_instance_count; ++i)

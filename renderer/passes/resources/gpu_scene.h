@@ -58,6 +58,7 @@ struct SceneGeometry {
   uint32_t lod0_cluster_instance_count = 0;  // LOD 0 only; these come first
   uint64_t lod0_triangle_count = 0;          // LOD 0 triangles
   bool has_forward_only = false;             // has forward-only draws
+  bool has_blended_triangles = false;        // blended or transmissive ones, hidden or not
   bool has_masked = false;
   bool has_extensions = false;  // materials with glTF extensions
   bool has_textures = false;    // materials with textures

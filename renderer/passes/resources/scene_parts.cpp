@@ -204,6 +204,14 @@ bool any_masked(const scene::Scene& scene) {
       });
 }
 
+bool any_blended_triangles(const scene::Scene& scene) {
+  return std::any_of(
+      scene.primitives.begin(), scene.primitives.end(), [&](const scene::Primitive& primitive) {
+        return primitive.topology == scene::Topology::triangles &&
+               scene::drawn_alpha_mode(scene.materials[primitive.material]) == scene::AlphaMode::blend;
+      });
+}
+
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry) {
   std::vector<gpu_types::ClusterRecord> records;
   records.reserve(geometry.clusters.size());

@@ -84,6 +84,7 @@ bool any_transmissive(const scene::Scene& scene);
 // True if the scene has forward-only draws.
 bool any_forward_only(const scene::Scene& scene, bool refracts);
 bool any_masked(const scene::Scene& scene);
+bool any_blended_triangles(const scene::Scene& scene);  // or transmissive ones
 
 std::vector<gpu_types::ClusterRecord> cluster_records(const scene::ClusteredGeometry& geometry);
 std::vector<gpu_types::LevelGroupRecord> level_group_records(const scene::ClusteredGeometry& geometry);

@@ -192,6 +192,111 @@ TEST_F(Labels, LimitOfAlphaAloneDecides) {
   }
 }
 
+// A pane whose texture is transparent on the left, and nearly so on the right.
+scene::Scene tinted_pane() {
+  SceneBuilder builder;
+  scene::Material pane = matte({0.2f, 0.6f, 0.9f});
+  pane.alpha_mode = scene::AlphaMode::blend;
+  pane.double_sided = true;
+  pane.base_color_texture.texture =
+      builder.texture(64, 64, false, [](float u, float) { return glm::vec4(1, 1, 1, u < 0.5f ? 0 : 0.1f); });
+  const glm::mat4 upright = glm::rotate(glm::mat4(1), 1.5707963f, glm::vec3(1, 0, 0));
+  builder.mesh_node("wall", builder.quad(builder.material(matte({0.25f, 0.5f, 0.75f})), 4), upright);
+  builder.mesh_node("pane", builder.quad(builder.material(pane), 1), at({0, 0, 1}) * upright);
+  builder.camera_node("camera", {0, 0, 4}, {0, 0, 0});
+  return builder.build();
+}
+
+uint32_t instance_at(const Taken& taken, const Eye& eye, glm::dvec3 point) {
+  const glm::dvec2 place = glm::round(eye.project(point));
+  return taken.plane<uint32_t>(
+      wire::kInstanceU32)[static_cast<size_t>(place.y) * kLabelExtent.width + static_cast<size_t>(place.x)];
+}
+
+// With a limit of 0, whatever is not fully transparent has labels.
+TEST_F(Labels, LimitOfZeroLeavesOutTransparentPixels) {
+  const Eye eye = eye_at({0, 0, 4}, {0, 0, 0});
+  const scene::Scene scene = tinted_pane();
+  const state::PoseState poses(scene);
+  for (const float limit : {0.0f, 0.2f}) {
+    settings::DrawSettings settings = plain();
+    settings.label_alpha = limit;
+    RenderBench bench(scene, kLabelExtent, settings);
+    const auto outputs = wire::with_sources(wire::ImageOutputs(wire::kInstanceU32 | wire::kAmodal));
+    const Taken taken = bench.take(poses, view_through(eye), outputs);
+    EXPECT_EQ(instance_at(taken, eye, {-0.5, 0, 1}), 1u);
+    EXPECT_EQ(instance_at(taken, eye, {0.5, 0, 1}), limit == 0 ? 2u : 1u);
+    const sinks::Amodal amodal = silhouettes_of(taken, scene);
+    EXPECT_EQ(amodal.records.size(), limit == 0 ? 2u : 1u);
+  }
+}
+
+// Edits decide which blended surfaces have labels, and which nodes a run warns of.
+TEST_F(Labels, EditsChangeWhatHasLabels) {
+  const Eye eye = eye_at({0, 0, 4}, {0, 0, 0});
+  const scene::Scene scene = film_and_glass(0.3f);
+  constexpr uint32_t kFilm = 1;
+  RenderBench bench(scene, kLabelExtent, plain());
+  scene::SceneEdits edits;
+  bench.renderer().set_edits(edits);
+  const state::PoseState poses(scene);
+  const auto film = [&] {
+    return instance_at(bench.take(poses, view_through(eye), wire::ImageOutputs(wire::kInstanceU32)), eye,
+                       {-0.7, 0, 1.1});
+  };
+  const auto warned = [&] { return passes::nodes_without_labels(scene, &edits, 0.5f); };
+  EXPECT_EQ(film(), 1u);
+  EXPECT_EQ(warned(), std::vector{kFilm});
+  EXPECT_EQ(passes::nodes_without_labels(scene, nullptr, 0.5f), std::vector{kFilm});
+  edits.set(scene, {{kFilm, scene::NodeEdit{.base_color = glm::vec4(1, 0, 0, 0.8f)}}});
+  EXPECT_EQ(film(), 2u);
+  EXPECT_TRUE(warned().empty());
+  edits.set(scene, {});
+  const uint32_t material = scene.primitives[scene.meshes[scene.nodes[kFilm].mesh].first_primitive].material;
+  scene::MaterialFactors factors = scene::factors_of(scene.materials[material]);
+  factors.base_color.a = 0.9f;
+  edits.set_materials({{material, factors}});
+  EXPECT_EQ(film(), 2u);
+  EXPECT_TRUE(warned().empty());
+  edits.set_materials({});
+  edits.set(scene, {{kFilm, scene::NodeEdit{.hidden = true}}});
+  EXPECT_TRUE(warned().empty()) << "hidden";
+}
+
+scene::Scene tinted_film_alone(float alpha) {
+  SceneBuilder builder;
+  scene::Material film = matte({0.1f, 0.7f, 0.9f});
+  film.base_color.a = alpha;
+  film.alpha_mode = scene::AlphaMode::blend;
+  builder.mesh_node("wall", builder.quad(builder.material(matte({0.25f, 0.5f, 0.75f})), 4), glm::mat4(1));
+  builder.mesh_node("film", builder.box(builder.material(film), {0.4f, 0.4f, 0.1f}), at({0, 0, 1}));
+  builder.camera_node("camera", {0, 0, 4}, {0, 0, 0});
+  return builder.build();
+}
+
+// Images without surfaces to overlay do not copy the visibility buffer: of lines, and of blended surfaces
+// whose alpha cannot exceed the limit.
+TEST_F(Labels, NothingIsCopiedWithoutBlendedLabels) {
+  const Eye eye = eye_at({0, 0, 4}, {0, 0, 0});
+  const auto copies_ids = [&](const scene::Scene& scene) {
+    RenderBench bench(scene, kLabelExtent, plain());
+    const state::PoseState poses(scene);
+    bench.take(poses, view_through(eye), wire::ImageOutputs(wire::kInstanceU32));
+    bool copies = false;
+    for (const gpu::FrameTimes& frame : bench.frames().take_finished())
+      for (const gpu::PassTime& pass : frame.passes) copies |= pass.name == std::string_view("copy ids");
+    return copies;
+  };
+  EXPECT_TRUE(copies_ids(film_and_glass(0.7f)));
+  EXPECT_FALSE(copies_ids(tinted_film_alone(0.3f)));
+  EXPECT_TRUE(copies_ids(tinted_film_alone(0.7f)));
+  scene::Scene lines = tinted_film_alone(1);
+  scene::Primitive& last = lines.primitives.back();
+  lines.materials[last.material].alpha_mode = scene::AlphaMode::opaque;
+  last.topology = scene::Topology::lines;
+  EXPECT_FALSE(copies_ids(lines));
+}
+
 // Labels of path-traced images are those of the raster, blended surfaces included.
 TEST_F(Labels, PathTracedImagesHaveTheSame) {
   const Eye eye = eye_at({0, 0, 4}, {0, 0, 0});

@@ -298,6 +298,33 @@ TEST_F(ImageBookTest, MemoryOfDrawingFitsTheBudget) {
   EXPECT_FALSE(requests_.check_memory(last_[0], 501).ok());
 }
 
+// Planes that outputs follow from count, and the depth that occlusion keeps for the next image.
+TEST_F(ImageBookTest, SourcesOfOutputsAreCharged) {
+  ImageAbilities abilities;
+  abilities.outputs = wire::kRequestableOutputs;
+  ImageRequestRegistry registry(abilities);
+  const auto budget = BudgetPool::create(PeerLimits{})->add_peer("peer");
+  const uint64_t plane = uint64_t{4} * 64 * 48;
+  const auto charged = [&](uint64_t id, uint32_t outputs, wire::ImageWhen when) {
+    wire::ImageRequest r = request(id, when);
+    r.outputs = outputs;
+    const uint64_t before = budget->used(Resource::request_bytes);
+    EXPECT_FALSE(registry.add(1, r, budget));
+    return budget->used(Resource::request_bytes) - before;
+  };
+  EXPECT_EQ(charged(1, wire::kBoxes2d, wire::ImageWhen::every_nth), plane);
+  EXPECT_EQ(charged(2, wire::kOcclusionU32, wire::ImageWhen::once), 2 * plane);
+  EXPECT_EQ(charged(3, wire::kOcclusionU32, wire::ImageWhen::every_nth), 3 * plane);
+  EXPECT_EQ(charged(4, wire::kOcclusionU32 | wire::kDepthF32, wire::ImageWhen::every_nth), 3 * plane);
+  wire::ImageRequest files_only = request(5, wire::ImageWhen::once);
+  files_only.outputs = wire::kAmodal | wire::kDepthF32;
+  const auto refused = registry.add(1, files_only, budget);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->answer.reason, wire::ImageRefusal::not_supported);
+  EXPECT_NE(refused->answer.message.find("the output amodal; ask for"), std::string::npos)
+      << refused->answer.message;
+}
+
 TEST_F(ImageBookTest, BudgetBoundsOpenRequests) {
   PeerLimits limits;
   ASSERT_TRUE(set_limit("requests=3", limits).ok());

@@ -168,6 +168,86 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(OutlinePush, selected);
 }
 
+// Every member: an address that is off by one would write another plane.
+TEST_F(ShaderLayout, MembersOfOutputsMatch) {
+  EXPECT_SAME_OFFSET(PartLabels, instance);
+  EXPECT_SAME_OFFSET(PartLabels, semantic);
+  EXPECT_SAME_OFFSET(OutputsWanted, depth);
+  EXPECT_SAME_OFFSET(OutputsWanted, instance);
+  EXPECT_SAME_OFFSET(OutputsWanted, semantic);
+  EXPECT_SAME_OFFSET(OutputsWanted, normal);
+  EXPECT_SAME_OFFSET(OutputsWanted, motion);
+  EXPECT_SAME_OFFSET(OutputsWanted, albedo);
+  EXPECT_SAME_OFFSET(OutputsWanted, roughness);
+  EXPECT_SAME_OFFSET(OutputsWanted, metallic);
+  EXPECT_SAME_OFFSET(OutputsWanted, position);
+  EXPECT_SAME_OFFSET(OutputsWanted, occlusion);
+  EXPECT_SAME_OFFSET(OutputsWanted, labels);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_world_from_node);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_positions);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_depth);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_clip_from_world);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_eye_world);
+  EXPECT_SAME_OFFSET(OutputsWanted, first_deforming_vertex);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_look_world);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_world_from_ndc_x);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_world_from_ndc_y);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_world_from_ndc_origin);
+  EXPECT_SAME_OFFSET(OutputsWanted, last_orthographic);
+  EXPECT_SAME_OFFSET(OutputsWanted, look_world);
+  EXPECT_SAME_OFFSET(OutputsWanted, orthographic);
+  EXPECT_SAME_OFFSET(OutputsPush, globals);
+  EXPECT_SAME_OFFSET(OutputsPush, visibility);
+  EXPECT_SAME_OFFSET(OutputsPush, wanted);
+  EXPECT_SAME_OFFSET(LabelPart, slot);
+  EXPECT_SAME_OFFSET(LabelPart, is_overlaid);
+  EXPECT_SAME_OFFSET(LabelPart, alpha_limit);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, globals);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, parts);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, bits);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, truncated);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, visibility);
+  EXPECT_SAME_OFFSET(SilhouettesWanted, cluster_count);
+  EXPECT_SAME_OFFSET(SilhouettesPush, wanted);
+  EXPECT_SAME_OFFSET(LensWanted, color_in);
+  EXPECT_SAME_OFFSET(LensWanted, color_out);
+  EXPECT_SAME_OFFSET(LensWanted, linear_in);
+  EXPECT_SAME_OFFSET(LensWanted, linear_out);
+  EXPECT_SAME_OFFSET(LensWanted, depth_in);
+  EXPECT_SAME_OFFSET(LensWanted, depth_out);
+  EXPECT_SAME_OFFSET(LensWanted, instance_in);
+  EXPECT_SAME_OFFSET(LensWanted, instance_out);
+  EXPECT_SAME_OFFSET(LensWanted, semantic_in);
+  EXPECT_SAME_OFFSET(LensWanted, semantic_out);
+  EXPECT_SAME_OFFSET(LensWanted, normal_in);
+  EXPECT_SAME_OFFSET(LensWanted, normal_out);
+  EXPECT_SAME_OFFSET(LensWanted, motion_in);
+  EXPECT_SAME_OFFSET(LensWanted, motion_out);
+  EXPECT_SAME_OFFSET(LensWanted, albedo_in);
+  EXPECT_SAME_OFFSET(LensWanted, albedo_out);
+  EXPECT_SAME_OFFSET(LensWanted, roughness_in);
+  EXPECT_SAME_OFFSET(LensWanted, roughness_out);
+  EXPECT_SAME_OFFSET(LensWanted, metallic_in);
+  EXPECT_SAME_OFFSET(LensWanted, metallic_out);
+  EXPECT_SAME_OFFSET(LensWanted, position_in);
+  EXPECT_SAME_OFFSET(LensWanted, position_out);
+  EXPECT_SAME_OFFSET(LensWanted, occlusion_in);
+  EXPECT_SAME_OFFSET(LensWanted, occlusion_out);
+  EXPECT_SAME_OFFSET(LensWanted, width);
+  EXPECT_SAME_OFFSET(LensWanted, height);
+  EXPECT_SAME_OFFSET(LensWanted, width_in);
+  EXPECT_SAME_OFFSET(LensWanted, height_in);
+  EXPECT_SAME_OFFSET(LensWanted, focal);
+  EXPECT_SAME_OFFSET(LensWanted, principal_point);
+  EXPECT_SAME_OFFSET(LensWanted, focal_in);
+  EXPECT_SAME_OFFSET(LensWanted, principal_point_in);
+  EXPECT_SAME_OFFSET(LensWanted, coefficients);
+  EXPECT_SAME_OFFSET(LensWanted, last_coefficient);
+  EXPECT_SAME_OFFSET(LensWanted, largest_radius);
+  EXPECT_SAME_OFFSET(LensWanted, fisheye);
+  EXPECT_SAME_OFFSET(LensPush, wanted);
+}
+
 // shaders/common/lanes.glsl reads these records as words, by word index.
 constexpr size_t words(size_t bytes) {
   return bytes / sizeof(uint32_t);
