@@ -52,13 +52,17 @@ std::vector<Finding> check_listing(const Facts& facts) {
 
 // Nothing lists a device: the reason, where there is one, and a line.
 Finding no_device(const Facts& facts) {
-  const std::string reason = facts.listing.detail.empty() ? "" : ": " + facts.listing.detail;
+  // Without the advice for programs that draw: the line has it.
+  const std::string detail = facts.listing.detail.substr(0, facts.listing.detail.find("; "));
+  const std::string reason = detail.empty() ? "" : ": " + detail;
+  const bool is_replaced = facts.replaces_drivers() || facts.environment.contains("VK_DRIVER_FILES") ||
+                           facts.environment.contains("VK_ICD_FILENAMES");
   if (reason.starts_with(": FIRE3DV_DEVICE_MASK"))
     return {Level::error, "no device can be listed" + reason, "unset FIRE3DV_DEVICE_MASK"};
   return {Level::error, "no driver lists a Vulkan device, so nothing can draw" + reason,
-          facts.replaces_drivers() ? kUnsetDrivers
-          : facts.has_few_files()  ? kMoreFiles
-                                   : kInstallDriver};
+          is_replaced             ? kUnsetDrivers
+          : facts.has_few_files() ? kMoreFiles
+                                  : kInstallDriver};
 }
 
 std::vector<Finding> check_devices(const Facts& facts) {
@@ -134,14 +138,14 @@ std::vector<Finding> check_read_back(const Facts& facts) {
       if (each.read_back.passed()) other = std::to_string(each.index);
     }
     const bool by_layers = device.read_back_without_layers.passed();
-    findings.push_back({Level::error,
-                        title(device) + " opens, but drawing and reading back 64x64 pixels " +
-                            describe(device.read_back) +
-                            (by_layers ? "; without implicit layers it works" : ""),
-                        by_layers                               ? layers_off_line(facts.implicit_layers)
-                        : may_be_busy(device, device.read_back) ? kMoreTime
-                        : other.empty()                         ? "sudo dmesg | tail"
-                                                                : "fire3dv --device " + other + " FILE"});
+    findings.push_back(
+        {Level::error,
+         title(device) + " is listed, but opening it, clearing 64x64 pixels and reading them back " +
+             describe(device.read_back) + (by_layers ? "; without implicit layers it works" : ""),
+         by_layers                               ? layers_off_line(facts.implicit_layers)
+         : may_be_busy(device, device.read_back) ? kMoreTime
+         : other.empty()                         ? "sudo dmesg | tail"
+                                                 : "fire3dv --device " + other + " FILE"});
   }
   if (!good.empty())
     findings.insert(findings.begin(),

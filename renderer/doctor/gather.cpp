@@ -159,6 +159,7 @@ PortFacts try_port(const std::string& option, const std::string& uri, Millisecon
   if (opened.trial.outcome == Outcome::failed) port.fault = opened.trial.detail;
   if (opened.trial.outcome == Outcome::hung) port.fault = "the look-up of its name does not end";
   if (opened.trial.outcome == Outcome::crashed) port.fault = "the attempt crashes";
+  if (port.fault.starts_with(uri + ": ")) port.fault.erase(0, uri.size() + 2);
   port.in_use = port.fault.find("in use") != std::string::npos;
   return port;
 }

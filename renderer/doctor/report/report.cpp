@@ -65,7 +65,7 @@ std::string summary(std::span<const CheckedFinding> findings) {
   const size_t errors = count(findings, Level::error), warnings = count(findings, Level::warning);
   if (errors == 0 && warnings == 0) return "all is well\n";
   return counted(errors, "error") + ", " + counted(warnings, "warning") +
-         (errors == 0 ? ": fire3dv can draw here\n" : ": mend the errors first, from the top\n");
+         (errors == 0 ? ": fire3dv can draw here\n" : ": fix the errors first, from the top\n");
 }
 
 }  // namespace

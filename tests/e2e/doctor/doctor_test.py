@@ -164,7 +164,7 @@ def crash_in_listing(machine):
 
 def hang_in_read_back(machine):
     machine.fake("hang_in_wait")
-    expect(machine.findings(status=1, limit_s="5"), "read-back", "error", r"device 0 \(fake GPU\) opens, but .* hangs")
+    expect(machine.findings(status=1, limit_s="5"), "read-back", "error", r"device 0 \(fake GPU\) is listed, but opening it, .* hangs")
 
 
 def wrong_pixels(machine):
@@ -242,7 +242,7 @@ def port_in_use(machine):
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
         found = machine.findings("--listen", f"tcp://127.0.0.1:{port}", status=1)
-        expect(found, "ports", "error", f"--listen tcp://127.0.0.1:{port} cannot be opened: .*in use")
+        expect(found, "ports", "error", f"--listen tcp://127.0.0.1:{port} cannot be opened: (?!tcp:).*in use")
     found = machine.findings("--serve", "127.0.0.1:0", "--listen", "udp://127.0.0.1:0", "--listen", "shm://demo", status=0)
     assert "ports" not in found, found
 

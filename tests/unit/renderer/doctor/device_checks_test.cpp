@@ -31,10 +31,12 @@ TEST(DeviceChecks, TheReasonOfAFailedListingIsNamed) {
   Facts facts = software_machine();
   facts.devices.clear();
   facts.chosen.reset();
-  facts.listing = {Outcome::failed, "cannot create a Vulkan instance: out of host memory"};
+  facts.listing = {Outcome::failed, "cannot create a Vulkan instance: out of host memory; install a driver"};
   EXPECT_EQ(fault(facts, "devices").text,
             "no driver lists a Vulkan device, so nothing can draw: cannot create a Vulkan instance: out of "
             "host memory");
+  facts.environment["VK_DRIVER_FILES"] = "";
+  EXPECT_EQ(fault(facts, "devices").fix, "unset VK_DRIVER_FILES VK_ICD_FILENAMES");
   facts.listing.detail = "FIRE3DV_DEVICE_MASK: unknown word \"x\"";
   EXPECT_EQ(fault(facts, "devices").fix, "unset FIRE3DV_DEVICE_MASK");
 }
@@ -91,7 +93,8 @@ TEST(DeviceChecks, ReadBackThatHangsNamesAnotherDevice) {
   facts.devices[0].ray = {};
   const Finding found = fault(facts, "read-back");
   EXPECT_EQ(found.level, Level::error);
-  EXPECT_TRUE(mentions(found.text, "device 0 (Big GPU) opens, but") && mentions(found.text, "hangs"));
+  EXPECT_TRUE(mentions(found.text, "device 0 (Big GPU) is listed, but opening it") &&
+              mentions(found.text, "hangs"));
   EXPECT_EQ(found.fix, "fire3dv --device 1 FILE");
 }
 
