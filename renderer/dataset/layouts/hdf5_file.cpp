@@ -80,6 +80,11 @@ hid_t array_settings(const Hdf5Library& hdf5) {
   return settings;
 }
 
+// Of arrays in other files.
+herr_t refuse_link(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
+  return -1;
+}
+
 }  // namespace
 
 struct Hdf5File::State {
@@ -224,8 +229,14 @@ Result<std::vector<uint8_t>> read_hdf5_bytes(const std::filesystem::path& file, 
                     " elements: remove it, and run the same command again"};
   const Handle opened(hdf5.H5Fopen(file.c_str(), kReadOnly, H5P_DEFAULT), hdf5.H5Fclose);
   if (opened.get() < 0) return fault;
-  const Handle array(hdf5.H5Dopen2(opened.get(), path.c_str(), H5P_DEFAULT), hdf5.H5Dclose);
+  const Handle access(hdf5.H5Pcreate(hdf5.H5P_CLS_DATASET_ACCESS_ID_g), hdf5.H5Pclose);
+  hdf5.H5Pset_elink_cb(access.get(), refuse_link, nullptr);
+  const Handle array(hdf5.H5Dopen2(opened.get(), path.c_str(), access.get()), hdf5.H5Dclose);
   if (array.get() < 0) return fault;
+  const Handle settings(hdf5.H5Dget_create_plist(array.get()), hdf5.H5Pclose);
+  const H5D_layout_t layout = hdf5.H5Pget_layout(settings.get());
+  if ((layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS) || hdf5.H5Pget_external_count(settings.get()) != 0)
+    return fault;
   const Handle space(hdf5.H5Dget_space(array.get()), hdf5.H5Sclose);
   if (space.get() < 0 || hdf5.H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(count))
     return fault;

@@ -55,7 +55,8 @@ class Hdf5File {
   std::unique_ptr<State> state_;
 };
 
-// Bytes of an array of a file, which must have so many elements of this type.
+// Bytes of an array of a file, which must have so many elements of this type. Arrays whose values are in
+// other files are refused, since another program may have named any file.
 Result<std::vector<uint8_t>> read_hdf5_bytes(const std::filesystem::path& file, const std::string& path,
                                              uint64_t count);
 

@@ -25,6 +25,9 @@ namespace fire3dv::dataset {
   X(H5Pset_shuffle)               \
   X(H5Pset_deflate)               \
   X(H5Pset_virtual)               \
+  X(H5Pset_elink_cb)              \
+  X(H5Pget_layout)                \
+  X(H5Pget_external_count)        \
   X(H5Screate)                    \
   X(H5Screate_simple)             \
   X(H5Sselect_hyperslab)          \
@@ -41,6 +44,7 @@ namespace fire3dv::dataset {
   X(H5Dcreate2)                   \
   X(H5Dopen2)                     \
   X(H5Dget_space)                 \
+  X(H5Dget_create_plist)          \
   X(H5Dwrite)                     \
   X(H5Dread)                      \
   X(H5Dclose)                     \
@@ -52,6 +56,7 @@ namespace fire3dv::dataset {
 #define FIRE3DV_HDF5_IDENTIFIERS(X) \
   X(H5P_CLS_FILE_ACCESS_ID_g)       \
   X(H5P_CLS_DATASET_CREATE_ID_g)    \
+  X(H5P_CLS_DATASET_ACCESS_ID_g)    \
   X(H5T_STD_U8LE_g)                 \
   X(H5T_STD_I32LE_g)                \
   X(H5T_STD_U32LE_g)                \

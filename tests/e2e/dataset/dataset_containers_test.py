@@ -72,6 +72,7 @@ def hdf5_is_right(test):
         check(file["keypoints/state"][corner] == 2 and file["keypoints/state"][points.index("back corner")] == 1, "states")
         expect_corner(arrays["cam_K"], arrays["world_from_camera"], file["keypoints/pixel"][corner], "hdf5")
 
+    links_of_a_part_are_refused(test, h5py, still)
     whole = shards_are_the_whole(test, "hdf5")
     with h5py.File(os.path.join(whole, "data.hdf5")) as data:
         check(sorted(data) == ["00_front", "01_side"] and data["00_front/depth"].attrs["unit"].startswith("m "), f"{sorted(data)}")
@@ -81,6 +82,28 @@ def hdf5_is_right(test):
                 with h5py.File(os.path.join(whole, "images", f"{2 * i + camera:06}.hdf5")) as image:
                     for name in ("colors", "depth", "instance", "semantic", "normals", "cam_K", "world_from_camera"):
                         check(np.array_equal(group[name][i], image[name][()]), f"{name} of image {i}")
+
+
+def links_of_a_part_are_refused(test, h5py, still):
+    """A part may come from others: values in other files are not read for the page."""
+    image = os.path.join(still, "images", "000000.hdf5")
+    size, secret = os.path.getsize(image), test.path("secret.hdf5")
+    os.rename(image, secret)
+    for kind in ("link", "virtual"):
+        with h5py.File(image, "w") as file:
+            if kind == "link":
+                file["colors"] = h5py.ExternalLink(secret, "/colors")
+            else:
+                layout = h5py.VirtualLayout((SIZE[1], SIZE[0], 3), np.uint8)
+                layout[:] = h5py.VirtualSource(secret, "colors", (SIZE[1], SIZE[0], 3))
+                file.create_virtual_dataset("colors", layout)
+        with open(image, "ab") as file:  # the size that the list says
+            file.truncate(size)
+        with h5py.File(image) as file:
+            check(file["colors"].shape == (SIZE[1], SIZE[0], 3), kind)
+        said = join(test, still, "--out", test.path(f"joined {kind}"), code=1)
+        check("000000.hdf5 has no array /colors of" in said, said)
+        os.remove(image)
 
 
 def slurm_tasks_draw_parts(test):
