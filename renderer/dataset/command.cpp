@@ -27,10 +27,14 @@ class LabelledImages final : public offline::ImageSet {
 
   wire::ImageOutputs outputs() const override { return outputs_; }
   const std::vector<std::string>& cameras() const override { return options_.cameras; }
+  uint32_t flow_frames() const override { return options_.flow_frames; }
+  std::optional<size_t> other_of_pair(size_t camera) const override {
+    return options_.is_stereo ? std::optional(camera ^ 1) : std::nullopt;
+  }
   Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene& scene,
                                                             Settings& settings) override;
   Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const override;
-  void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
+  void add_poses(uint64_t image, const app::CameraRig::Placed& camera, const app::CameraRig::Placed* other,
                  const state::PoseState& poses) override;
 
  private:
@@ -78,6 +82,8 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   description.width = options_.run.drawing.width;
   description.height = options_.run.drawing.height;
   description.depth_unit_mm = options_.depth_unit_mm;
+  description.flow_frames = options_.flow_frames;
+  description.is_stereo = options_.is_stereo;
   description.tar_bytes = static_cast<uint64_t>(options_.tar_mb * 1e6);
   description.label_alpha = double{options_.run.drawing.draw.label_alpha};
   const std::vector<std::string>& names = options_.cameras;
@@ -117,6 +123,8 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
                                    {"objects", objects},
                                    {"keypoints", keypoints},
                                    {"depth scale", std::to_string(options_.depth_unit_mm)},
+                                   {"flow frames", std::to_string(options_.flow_frames)},
+                                   {"stereo", options_.is_stereo ? "pairs" : "none"},
                                    {"license", options_.license}});
   if (options_.format == "webdataset")
     settings.emplace_back("archive size", std::to_string(description.tar_bytes));
@@ -130,11 +138,26 @@ Result<void> LabelledImages::check_camera(size_t index, const app::CameraRig::Pl
 }
 
 void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& camera,
-                               const state::PoseState& poses) {
+                               const app::CameraRig::Placed* other, const state::PoseState& poses) {
   const Description& description = format_->description();
   ImagePoses now;
   now.intrinsics = passes::intrinsics_of(camera.camera, {description.width, description.height});
   now.world_from_camera = opencv_pose(camera.world_from_camera);
+  if (other) {
+    const auto other_k = passes::intrinsics_of(other->camera, {description.width, description.height});
+    const glm::dmat4 world_from_other = opencv_pose(other->world_from_camera);
+    const bool is_left = description.index_of_camera(image) % 2 == 0;
+    const auto baseline_m =
+        is_left ? find_baseline(now.intrinsics, now.world_from_camera, other_k, world_from_other)
+                : find_baseline(other_k, world_from_other, now.intrinsics, now.world_from_camera);
+    if (baseline_m)
+      now.baseline_m = *baseline_m;
+    else
+      now.stereo_fault = "cameras " + quote(description.cameras[description.index_of_camera(image) & ~1u]) +
+                         " and " + quote(description.cameras[description.index_of_camera(image) | 1u]) +
+                         " have no disparity at image " + std::to_string(image) + ": " +
+                         baseline_m.error().message + "; a pair has equal cameras, displaced along x";
+  }
   for (const Instance& instance : description.instances)
     now.world_from_instance.emplace_back(poses.world_from_node(instance.number - 1));
   for (const Keypoint& point : description.keypoints)

@@ -17,10 +17,11 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr const char* kCommand = "dataset";
-constexpr std::array kWithValue{"--format",      "--out",   "--camera",  "--rate",      "--start",
-                                "--end",         "--clock", "--object",  "--keypoints", "--license",
-                                "--depth-scale", "--shard", "--tar-size"};
-constexpr std::array kFlags{"--help", "-h"};
+constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rate",       "--start",
+                                "--end",         "--clock", "--object",   "--keypoints",  "--license",
+                                "--depth-scale", "--shard", "--tar-size", "--flow-frames"};
+constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
+constexpr uint32_t kMaxFlowFrames = 1000;
 
 bool is_recording(const std::filesystem::path& path) {
   if (lower_extension(path) == ".mcap") return true;
@@ -83,6 +84,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
       "docs/datasets.md.");
   set_program_flags(app);
   std::string rate, shard;
+  std::optional<uint32_t> flow_frames;
   OptionGroup group(app);
   group.add_choice("--format", options.format, kFormats, "layout of the files");
   group.add("--out", options.run.out, "DIR", "folder of the data set; an interrupted run continues");
@@ -97,6 +99,10 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   group.add("--license", options.license, "TEXT", "licence that the data set states");
   group.add("--depth-scale", options.depth_unit_mm, "MM", "unit of 16-bit depth images in millimetres");
   group.add("--tar-size", options.tar_mb, "MB", "largest archive of webdataset (default 1000)");
+  group.add("--flow-frames", flow_frames, "N",
+            "optical flow to images N frames later and earlier (c3vd: 1, folder: 0)");
+  group.add_flag("--stereo-pairs", options.is_stereo,
+                 "cameras are left and right in turn: write disparity (folder)");
   group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   try {
@@ -142,6 +148,18 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return refuse("--tar-size is for --format webdataset");
   if (!(options.tar_mb >= 0.1 && options.tar_mb <= 1e6))
     return refuse("--tar-size must be a number of megabytes from 0.1 to 1000000");
+  const bool has_flow_files = options.format == "c3vd" || options.format == "folder";
+  options.flow_frames = flow_frames.value_or(options.format == "c3vd" ? 1 : 0);
+  if (options.flow_frames > kMaxFlowFrames)
+    return refuse("--flow-frames must be from 0 to " + std::to_string(kMaxFlowFrames));
+  if (options.flow_frames != 0 && !has_flow_files)
+    return refuse("--flow-frames: the format " + options.format +
+                  " has no files for flow: choose c3vd or folder");
+  if (options.is_stereo && options.format != "folder")
+    return refuse("--stereo-pairs: the format " + options.format +
+                  " has no files for disparity: choose folder");
+  if (options.is_stereo && (options.cameras.empty() || options.cameras.size() % 2 != 0))
+    return refuse("--stereo-pairs: name the cameras of each pair, as in --camera left --camera right");
   if (options.cameras.size() > offline::kMaxCameras)
     return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
   if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))

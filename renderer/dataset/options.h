@@ -1,6 +1,7 @@
 // Command line of `fire3dv dataset`.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <variant>
@@ -18,6 +19,8 @@ struct DatasetOptions {
   std::filesystem::path keypoints;   // side file; empty: none
   std::string license;
   double depth_unit_mm = 0.1;
+  bool is_stereo = false;        // cameras are pairs with disparity
+  uint32_t flow_frames = 0;      // flow to images so many frames later and earlier; 0: none
   double tar_mb = 1000;          // most of an archive, in 10^6 bytes
   bool has_depth_scale = false;  // the command line names the unit
   std::string command;           // the command line, without what differs between shards

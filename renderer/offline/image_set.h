@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,15 +25,20 @@ class ImageSet {
   virtual wire::ImageOutputs outputs() const = 0;
   // Nodes or cameras, or "auto"; empty: the one of the drawing options.
   virtual const std::vector<std::string>& cameras() const = 0;
+  // Images have flow to those so many frames later and earlier; 0: none.
+  virtual uint32_t flow_frames() const { return 0; }
   // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;
   virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene, Settings& settings) = 0;
   // Checks a camera, by its index, with additions and edits of the overlay file. Before the first image.
   virtual Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const = 0;
-  // Poses of an image that is drawn now, before its pixels are ready. On the main thread.
+  // The other camera of a stereo pair. nullopt: there is none.
+  virtual std::optional<size_t> other_of_pair(size_t) const { return {}; }
+  // Poses of an image that is drawn now, before its pixels are ready. other: of the stereo pair, or null. On
+  // the main thread.
   virtual void add_poses(uint64_t image, const app::CameraRig::Placed& camera,
-                         const state::PoseState& poses) = 0;
+                         const app::CameraRig::Placed* other, const state::PoseState& poses) = 0;
 };
 
 }  // namespace fire3dv::offline

@@ -15,6 +15,10 @@ namespace fire3dv::offline {
 
 namespace {
 
+float aspect_of(VkExtent2D extent) {
+  return static_cast<float>(extent.width) / static_cast<float>(extent.height);
+}
+
 // Scene name that the adapters reported, as a hint in errors.
 std::string scene_hint(record::Playback& playback) {
   playback.rewind();
@@ -68,27 +72,35 @@ OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
     : parts_(parts), times_(times), frames_(parts.device), captures_(parts.device) {
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
-  for (const app::CameraRig& camera : parts_.cameras)
-    (void)camera.view(parts_.poses, static_cast<float>(extent.width) / static_cast<float>(extent.height));
+  for (const app::CameraRig& camera : parts_.cameras) (void)camera.view(parts_.poses, aspect_of(extent));
+  const uint64_t flow_frames = parts_.set ? parts_.set->flow_frames() : 0, cameras = parts_.cameras.size();
+  if (flow_frames != 0) flow_.emplace(parts_.device, times_.frames * cameras, flow_frames * cameras);
 }
 
 Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
                               const std::function<bool()>& should_stop) {
   Progress progress("fire3dv", parts_.set ? "images:" : "frames:");
-  const uint64_t end = part.first + part.frames;
-  uint64_t image = part.first;
-  for (; image < end && !should_stop(); ++image) {
-    if (!is_wanted(image)) continue;
+  const uint64_t end = part.first + part.frames, reach = flow_ ? flow_->stride() : 0;
+  const auto is_of_part = [&](uint64_t image) {
+    return image >= part.first && image < end && is_wanted(image);
+  };
+  // Images beside the part are drawn for the flow of its own.
+  const uint64_t begin = part.first - std::min(reach, part.first);
+  const uint64_t last = std::min(end + reach, times_.frames * parts_.cameras.size());
+  uint64_t image = begin;
+  for (; image < std::max(last, end) && !should_stop(); ++image) {
+    const bool wanted = is_of_part(image);
+    if (flow_ ? !flow_->is_needed(image, is_of_part) : !wanted) continue;
     advance(image / parts_.cameras.size());
-    const auto drawn = draw(image, should_stop);
+    const auto drawn = draw(image, wanted, should_stop);
     if (!drawn) return drawn.error();
     if (!*drawn) break;
     if (auto delivered = deliver(); !delivered) return delivered.error();
-    progress.update_with_end(image + 1 - part.first, part.frames);
+    if (wanted) progress.update_with_end(image + 1 - part.first, part.frames);
   }
   parts_.device.wait(parts_.device.last_submitted());
   if (auto delivered = deliver(); !delivered) return delivered.error();
-  return image == end;
+  return image == std::max(last, end);
 }
 
 // Waits until all scene changes of the moment are loaded, so that the image is deterministic.
@@ -122,10 +134,24 @@ void OfflineLoop::pose(state::RestPose rest) {
   parts_.poses.set_rest(rest);
 }
 
-Result<bool> OfflineLoop::draw(uint64_t image, const std::function<bool()>& should_stop) {
+passes::FrameRequest OfflineLoop::request_of(uint64_t image, bool is_wanted) const {
+  wire::ImageOutputs outputs = parts_.set ? parts_.set->outputs() : wire::ImageOutputs();
+  if (!is_wanted) outputs = wire::ImageOutputs(0);
+  if (flow_) {
+    outputs.add(wire::kMotion);
+    outputs.add(wire::kOcclusionU32);
+  }
+  passes::FrameRequest request{.extent = parts_.renderer.extent(), .outputs = wire::with_sources(outputs)};
+  request.markers = parts_.markers && is_wanted;
+  request.keeps_surfaces = flow_.has_value();
+  if (flow_) request.flow_from = flow_->earlier(image, parts_.scene.replaced());
+  return request;
+}
+
+Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   parts_.scene.show_markers();
-  const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
+  const float aspect = aspect_of(extent);
   const app::CameraRig& camera = parts_.cameras[image % parts_.cameras.size()];
   const passes::View view = camera.view(parts_.poses, aspect);
   Progress progress("fire3dv",
@@ -139,30 +165,53 @@ Result<bool> OfflineLoop::draw(uint64_t image, const std::function<bool()>& shou
       parts_.checkpoint->attach(
           {image, extent, parts_.poses, view, parts_.scene.scene(), parts_.scene.replaced()}, hooks);
   }
-  const wire::ImageOutputs outputs = parts_.set ? parts_.set->outputs() : wire::ImageOutputs();
-  auto begun = parts_.renderer.begin_next(
-      frames_, {.extent = extent, .outputs = wire::with_sources(outputs), .markers = parts_.markers},
-      parts_.poses, view, hooks);
+  const passes::FrameRequest request = request_of(image, is_wanted);
+  auto begun = parts_.renderer.begin_next(frames_, request, parts_.poses, view, hooks);
   if (!begun) return begun.error();
   if (!*begun) return false;
   gpu::Recorder& recorder = (*begun)->recorder;
-  parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view);
+  passes::CameraHistory history;
+  if (request.flow_from) history = *request.flow_from;
+  parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view,
+                         flow_ ? &history : nullptr);
+  if (flow_) flow_->recorded(recorder, parts_.renderer, image, parts_.scene.replaced(), history, is_wanted);
+  if (is_wanted) capture(recorder, image, view, camera.placed(parts_.poses, aspect));
+  const uint64_t submitted = frames_.submit();
+  captures_.submitted(submitted);
+  if (flow_) flow_->submitted(submitted);
+  images_ += is_wanted ? 1 : 0;
+  return true;
+}
+
+void OfflineLoop::capture(gpu::Recorder& recorder, uint64_t image, const passes::View& view,
+                          const app::CameraRig::Placed& camera) {
   capture::Provenance provenance{image, view.camera, parts_.poses.shown(),
                                  capture::path_provenance(parts_.renderer)};
   if (parts_.set) {
-    parts_.set->add_poses(image, camera.placed(parts_.poses, aspect), parts_.poses);
+    std::optional<app::CameraRig::Placed> other;
+    if (const auto number = parts_.set->other_of_pair(image % parts_.cameras.size()))
+      other = parts_.cameras[*number].placed(parts_.poses, aspect_of(parts_.renderer.extent()));
+    parts_.set->add_poses(image, camera, other ? &*other : nullptr, parts_.poses);
+    wire::ImageOutputs outputs = parts_.set->outputs();
+    if (flow_) {
+      outputs.add(wire::kMotion);
+      outputs.add(wire::kOcclusionU32);
+    }
     captures_.record(recorder, parts_.renderer, outputs, parts_.scene.scene(), parts_.poses,
                      std::move(provenance));
   } else {
     captures_.record(recorder, parts_.renderer.image(), std::move(provenance));
   }
-  captures_.submitted(frames_.submit());
-  ++images_;
-  return true;
 }
 
 Result<void> OfflineLoop::deliver() {
-  Result<void> delivered = captures_.deliver(parts_.sink);
+  Result<void> delivered;
+  if (flow_) {
+    captures_.poll([&](sinks::FrameImage&& image) { flow_->add(std::move(image)); });
+    delivered = flow_->deliver(parts_.sink);
+  } else {
+    delivered = captures_.deliver(parts_.sink);
+  }
   (void)frames_.take_finished();  // GPU times are not used
   return delivered;
 }

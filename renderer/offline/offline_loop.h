@@ -20,6 +20,7 @@
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/scene_load.h"
+#include "renderer/offline/flow_images.h"
 #include "renderer/offline/image_set.h"
 #include "renderer/offline/recorded_streams.h"
 #include "renderer/offline/timeline.h"
@@ -87,13 +88,18 @@ class OfflineLoop {
   void advance(uint64_t frame);
   void pose(state::RestPose rest);
   // Returns false if should_stop ended it.
-  Result<bool> draw(uint64_t image, const std::function<bool()>& should_stop);
+  // is_wanted: else it is drawn for the flow of others.
+  Result<bool> draw(uint64_t image, bool is_wanted, const std::function<bool()>& should_stop);
+  passes::FrameRequest request_of(uint64_t image, bool is_wanted) const;
+  void capture(gpu::Recorder& recorder, uint64_t image, const passes::View& view,
+               const app::CameraRig::Placed& camera);
   Result<void> deliver();
 
   Parts parts_;
   FrameTimes times_;
   gpu::FrameRing frames_;
   capture::CaptureQueue captures_;
+  std::optional<FlowImages> flow_;
   uint64_t images_ = 0;
   std::optional<uint64_t> posed_scene_;  // number of the scene that has its rest pose
 };

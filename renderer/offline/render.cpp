@@ -389,6 +389,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (auto can = renderer->can_take(wire::with_sources(set_->outputs())); !can)
       return Error{"a data set needs all labels: " + can.error().message};
   }
+  if (auto fits = check_flow_memory(set_ ? set_->flow_frames() : 0, camera_names().size(),
+                                    {drawing_.width, drawing_.height});
+      !fits)
+    return fits.error();
   auto cameras = place_cameras(loaded.scene, *animations ? (*animations)->chosen : std::vector<uint32_t>());
   if (!cameras) return cameras.error();
   state::PoseState poses(loaded.scene);

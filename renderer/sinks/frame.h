@@ -26,6 +26,15 @@ struct Amodal {
   std::vector<uint8_t> masks;
 };
 
+// Flow to another image of the camera: of each pixel, how far right and down (in pixels) that image shows the
+// point that is visible here, and its occlusion there (0 seen, 1 hidden, 2 outside). Motion is NaN behind the
+// camera and of nodes that are hidden there. Without another image: NaN, and 2.
+struct Flow {
+  std::vector<float> motion_px;  // x, y
+  std::vector<uint8_t> occlusion;
+  static constexpr uint8_t kSeen = 0, kHidden = 1, kOutside = 2;
+};
+
 // Settings of a path-traced image.
 struct PathTraced {
   uint32_t samples_per_pixel = 0, bounces = 0, seed = 0;
@@ -40,7 +49,8 @@ struct FrameImage {
   std::optional<std::vector<wire::BoxRecord2d>> boxes2d;  // nullopt: not requested
   std::optional<std::vector<wire::BoxRecord3d>> boxes3d;
   std::optional<Amodal> amodal;
-  uint64_t frame_index = 0;  // of this run of the renderer, from 0
+  std::optional<Flow> flow_forward, flow_backward;  // to a later and an earlier image; nullopt: not requested
+  uint64_t frame_index = 0;                         // of this run of the renderer, from 0
   std::string camera;
   std::vector<state::FrameTag> shown;     // empty: the scene is at rest
   std::optional<PathTraced> path_traced;  // nullopt: raster

@@ -69,6 +69,8 @@ bool parse(const ordered_json& json, Description& out) {
       out.width == 0 || out.height == 0 || out.width > kMaxSide || out.height > kMaxSide ||
       !(out.depth_unit_mm > 0))
     return false;
+  if (json.contains("flow_frames") && !number_at(json, "flow_frames", out.flow_frames)) return false;
+  out.is_stereo = json.contains("stereo") && json["stereo"].is_boolean() && json["stereo"].get<bool>();
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
     if (!json.contains(name) || !json[name].is_array()) return false;
     const bool has_texts = std::string_view("cameras warnings").find(name) != std::string_view::npos;
@@ -139,6 +141,8 @@ std::string to_json(const Description& description) {
   json["depth_unit_mm"] = description.depth_unit_mm;
   json["tar_bytes"] = description.tar_bytes;
   json["label_alpha"] = description.label_alpha;
+  json["flow_frames"] = description.flow_frames;
+  json["stereo"] = description.is_stereo;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"})
     json[name] = ordered_json::array();
   for (const std::string& camera : description.cameras) json["cameras"].push_back(text(camera));

@@ -48,6 +48,8 @@ struct Description {
   double depth_unit_mm = 0.1;              // of 16-bit depth images with a scale
   uint64_t tar_bytes = uint64_t{1} << 30;  // most of an archive with several images
   double label_alpha = 0.5;                // blended surfaces with more alpha have labels
+  uint32_t flow_frames = 0;                // flow is to the images so many frames later and earlier; 0: none
+  bool is_stereo = false;                  // cameras are pairs, one after the other
   std::vector<Object> objects;
   std::vector<Instance> instances;  // ascending by number
   std::vector<Keypoint> keypoints;

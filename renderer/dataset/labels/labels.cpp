@@ -129,6 +129,29 @@ glm::dmat4 opencv_pose(const glm::mat4& world_from_camera) {
   return pose;
 }
 
+Result<double> find_baseline(const passes::Intrinsics& first, const glm::dmat4& world_from_first,
+                             const passes::Intrinsics& second, const glm::dmat4& world_from_second) {
+  // Poses are single precision.
+  constexpr double kMaxAngleRad = 1e-5, kMaxAside = 1e-4, kPosePrecision = 1e-6;
+  if (first.fx_px != second.fx_px || first.fy_px != second.fy_px || first.cx_px != second.cx_px ||
+      first.cy_px != second.cy_px)
+    return Error{"their intrinsics differ"};
+  const glm::dmat4 first_from_second = glm::inverse(world_from_first) * world_from_second;
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dvec4 wanted(0);
+    wanted[axis] = 1;
+    if (!(glm::distance(first_from_second[axis], wanted) <= kMaxAngleRad)) return Error{"they are turned"};
+  }
+  const glm::dvec3 offset(first_from_second[3]);
+  const double aside_m =
+      std::max(kMaxAside * std::abs(offset.x), kPosePrecision * glm::length(glm::dvec3(world_from_first[3])));
+  if (!(std::max(std::abs(offset.y), std::abs(offset.z)) <= aside_m))
+    return Error{"they are not side by side"};
+  if (!(std::abs(offset.x) > aside_m)) return Error{"they are in one place"};
+  if (offset.x < 0) return Error{"the first one is on the right: name the left one first"};
+  return offset.x;
+}
+
 const sinks::FramePlane* find_plane(const sinks::FrameImage& image, wire::ImageOutput output) {
   for (const sinks::FramePlane& plane : image.planes) {
     if (plane.output == output) return &plane;
@@ -201,6 +224,7 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
   }
   line["cam_R_w2c"] = rotation;
   line["cam_t_w2c"] = translation_mm;
+  if (labels.poses.baseline_m) line["baseline_m"] = *labels.poses.baseline_m;
   line["brightness"] = std::round(labels.brightness * 100) / 100;
   if (labels.beyond_range_px) line["beyond_range_px"] = *labels.beyond_range_px;
   const uint64_t pixels = uint64_t{k.image_px.x} * k.image_px.y;

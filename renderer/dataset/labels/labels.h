@@ -23,7 +23,13 @@ struct ImagePoses {
   glm::dmat4 world_from_camera{1};              // OpenCV's axes; metres
   std::vector<glm::dmat4> world_from_instance;  // of the nodes of Description::instances
   std::vector<glm::dmat4> world_from_keypoint_node;
+  std::optional<double> baseline_m;  // of a stereo pair: distance of the cameras, along their x axis
+  std::string stereo_fault;          // why the pair has no disparity; empty: it has
 };
+// Baseline of a rectified pair: equal intrinsics and axes, displaced along x alone. The error says what is
+// not. Poses in OpenCV's axes.
+Result<double> find_baseline(const passes::Intrinsics& first, const glm::dmat4& world_from_first,
+                             const passes::Intrinsics& second, const glm::dmat4& world_from_second);
 // Pose of a camera of glTF (right, up, backward; its scale does not count) in OpenCV's axes.
 glm::dmat4 opencv_pose(const glm::mat4& world_from_camera);
 

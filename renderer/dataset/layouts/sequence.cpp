@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/plural.h"
 #include "renderer/dataset/layouts/image_files.h"
 #include "renderer/dataset/layouts/layouts.h"
 #include "renderer/sinks/file_sink.h"
@@ -17,6 +18,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kC3vdRangeMm = 100;  // of depth images
+constexpr double kC3vdRangePx = 20;   // of flow images, to both sides
 
 std::string number_text(uint64_t number, const char* format) {
   char text[24];
@@ -49,6 +51,43 @@ std::vector<uint16_t> c3vd_normals(const std::vector<uint8_t>& plane, const glm:
           static_cast<uint16_t>(std::lround((std::clamp(normal[c], -1.0, 1.0) + 1) / 2 * UINT16_MAX)));
   }
   return units;
+}
+
+// Red and green: 0 to 65535 for -20 to 20 pixels right and down. 0 where the other image does not show the
+// point.
+std::vector<uint16_t> c3vd_flow(const sinks::Flow& flow, const std::vector<uint32_t>& instances) {
+  std::vector<uint16_t> units(3 * flow.occlusion.size());
+  for (size_t i = 0; i < flow.occlusion.size(); ++i) {
+    if (flow.occlusion[i] != sinks::Flow::kSeen || instances[i] == 0) continue;
+    for (size_t c = 0; c < 2; ++c) {
+      const double share = (double{flow.motion_px[2 * i + c]} + kC3vdRangePx) / (2 * kC3vdRangePx);
+      units[3 * i + c] = static_cast<uint16_t>(std::lround(std::clamp(share, 0.0, 1.0) * UINT16_MAX));
+    }
+  }
+  return units;
+}
+
+// Pixels: fx * baseline / depth; 0 where there is no surface.
+std::vector<uint8_t> encode_disparity(const sinks::FrameImage& image, const ImagePoses& poses) {
+  std::vector<float> disparity_px = plane_values<float>(image, wire::kDepthF32);
+  for (float& value : disparity_px)
+    value = std::isfinite(value)
+                ? static_cast<float>(double{poses.intrinsics.fx_px} * *poses.baseline_m / double{value})
+                : 0;
+  const std::array<uint64_t, 2> shape{image.height, image.width};
+  return sinks::encode_npy(
+      "<f4", shape,
+      {reinterpret_cast<const uint8_t*>(disparity_px.data()), disparity_px.size() * sizeof(float)});
+}
+
+// Motion and occlusion of each pixel.
+void add_flow_files(const sinks::Flow& flow, uint32_t width, uint32_t height,
+                    std::vector<std::vector<uint8_t>>& files) {
+  const std::array<uint64_t, 3> shape{height, width, 2};
+  const std::span<const uint8_t> motion(reinterpret_cast<const uint8_t*>(flow.motion_px.data()),
+                                        flow.motion_px.size() * sizeof(float));
+  files.push_back(sinks::encode_npy("<f4", shape, motion));
+  files.push_back(sinks::encode_npy("|u1", std::span(shape).first(2), flow.occlusion));
 }
 
 std::string dump_numbers(const std::vector<double>& values, const char* separator) {
@@ -106,6 +145,10 @@ std::vector<std::string> camera_folders(const Description& description) {
 
 std::string folder_of_image(const Description& description, uint64_t image) {
   return camera_folder(description, description.index_of_camera(image)) + "/";
+}
+
+bool has_c3vd_flow(const Description& description, uint64_t image) {
+  return description.flow_frames != 0 && description.frame_of(image) >= description.flow_frames;
 }
 
 // cam.txt of each camera, from its first image.
@@ -172,10 +215,13 @@ std::vector<std::string> C3vdLayout::file_names(const Description& description, 
                                                 size_t) const {
   const std::string begin =
       folder_of_image(description, image) + number_text(description.frame_of(image), "%04llu");
-  return {color_name(description, image), begin + "_depth.tiff", begin + "_normals.tiff"};
+  std::vector<std::string> names{color_name(description, image), begin + "_depth.tiff",
+                                 begin + "_normals.tiff"};
+  if (has_c3vd_flow(description, image)) names.push_back(begin + "_flow.tiff");
+  return names;
 }
 
-Result<std::vector<std::vector<uint8_t>>> C3vdLayout::encode(const Description&,
+Result<std::vector<std::vector<uint8_t>>> C3vdLayout::encode(const Description& description,
                                                              const sinks::FrameImage& image,
                                                              const ImageLabels& labels,
                                                              std::vector<uint8_t> color) const {
@@ -187,6 +233,12 @@ Result<std::vector<std::vector<uint8_t>>> C3vdLayout::encode(const Description&,
   FIRE3DV_ASSERT(normals);
   const glm::dmat3 camera_from_world(glm::inverse(labels.poses.world_from_camera));
   files.push_back(encode_tiff(c3vd_normals(normals->bytes, camera_from_world), image.width, image.height, 3));
+  if (has_c3vd_flow(description, image.frame_index)) {
+    FIRE3DV_ASSERT(image.flow_backward);
+    files.push_back(
+        encode_tiff(c3vd_flow(*image.flow_backward, plane_values<uint32_t>(image, wire::kInstanceU32)),
+                    image.width, image.height, 3));
+  }
   return files;
 }
 
@@ -202,8 +254,8 @@ Result<void> C3vdLayout::complete(const std::filesystem::path& folder, const Des
   return write_camera_matrices(folder, description, lines);
 }
 
-std::string C3vdLayout::conventions(const Description&) const {
-  return R"(C3VD's layout, one folder for each camera. Images are those of a pinhole.
+std::string C3vdLayout::conventions(const Description& description) const {
+  std::string text = R"(C3VD's layout, one folder for each camera. Images are those of a pinhole.
 
 | file | contents |
 |---|---|
@@ -213,8 +265,16 @@ std::string C3vdLayout::conventions(const Description&) const {
 | `pose.txt` | one line an image: camera to world, 4x4 by columns, millimetres |
 | `cam.txt` | camera matrix by rows, pixels |
 
-Not written: `flow.tiff`, `occlusion.png`, the coverage mesh.
 )";
+  if (description.flow_frames != 0)
+    text += "`NNNN_flow.tiff` of each image but the first " + counted(description.flow_frames, "frame") +
+            ": 16 bits, RGB. Red and green are how far right and down the image " +
+            counted(description.flow_frames, "frame") +
+            " earlier shows the point, 0 to 65535 is -20 to 20 pixels, and more is cut off. Both are 0 where "
+            "that image does not show the point, and where there is no surface.\n\n";
+  return text +
+         "Not written: `occlusion.png` (where a second surface lies behind the one that is seen), and "
+         "the coverage mesh.\n";
 }
 
 std::vector<std::string> FolderLayout::folders(const Description& description) const {
@@ -231,6 +291,11 @@ std::vector<std::string> FolderLayout::file_names(const Description& description
   std::vector<std::string> names{color_name(description, image)};
   for (const char* ending :
        {".depth.npy", ".instance.npy", ".semantic.npy", ".normal.npy", ".amodal.npy", ".json"})
+    names.push_back(begin + ending);
+  if (description.is_stereo) names.push_back(begin + ".disparity.npy");
+  if (description.flow_frames == 0) return names;
+  for (const char* ending :
+       {".flow_forward.npy", ".occlusion_forward.npy", ".flow_backward.npy", ".occlusion_backward.npy"})
     names.push_back(begin + ending);
   return names;
 }
@@ -251,6 +316,14 @@ Result<std::vector<std::vector<uint8_t>>> FolderLayout::encode(const Description
   add_json(labels, description, json);
   const std::string text = json.dump(1) + "\n";
   files.emplace_back(text.begin(), text.end());
+  if (description.is_stereo) {
+    if (!labels.poses.baseline_m) return Error{labels.poses.stereo_fault};
+    files.push_back(encode_disparity(image, labels.poses));
+  }
+  if (description.flow_frames == 0) return files;
+  FIRE3DV_ASSERT(image.flow_forward && image.flow_backward);
+  add_flow_files(*image.flow_forward, image.width, image.height, files);
+  add_flow_files(*image.flow_backward, image.width, image.height, files);
   return files;
 }
 
@@ -259,8 +332,8 @@ Result<void> FolderLayout::complete(const std::filesystem::path& folder, const D
   return write_camera_matrices(folder, description, lines);
 }
 
-std::string FolderLayout::conventions(const Description&) const {
-  return R"(One folder for each camera; `numpy.load` reads `.npy`.
+std::string FolderLayout::conventions(const Description& description) const {
+  std::string text = R"(One folder for each camera; `numpy.load` reads `.npy`.
 
 | file | contents |
 |---|---|
@@ -273,6 +346,21 @@ std::string FolderLayout::conventions(const Description&) const {
 | `IMAGE.json` | `cam_K`, `cam_R_w2c`, `cam_t_w2c` (mm), instances with poses (mm), boxes, visible masks (COCO's RLE), visible shares, keypoints |
 | `cam.txt` | camera matrix of the first image by rows, pixels |
 )";
+  if (description.is_stereo)
+    text +=
+        "| `IMAGE.disparity.npy` | float32 (h, w): pixels between the two images of the pair, fx * baseline "
+        "/ "
+        "depth; x_left - x_right in both; 0: no surface. `IMAGE.json` has `baseline_m` |\n";
+  if (description.flow_frames == 0) return text;
+  const std::string apart = counted(description.flow_frames, "frame");
+  return text + "| `IMAGE.flow_forward.npy` | float32 (h, w, 2): pixels right and down to where the image " +
+         apart +
+         " later shows the point that is visible here; NaN: behind that camera, hidden as a node, or no such "
+         "image |\n| `IMAGE.occlusion_forward.npy` | uint8 (h, w): that image shows the point: 0 seen (also "
+         "the "
+         "background), 1 hidden, 2 outside, or no such image |\n| `IMAGE.flow_backward.npy`, "
+         "`IMAGE.occlusion_backward.npy` | the same to the image " +
+         apart + " earlier |\n";
 }
 
 }  // namespace
