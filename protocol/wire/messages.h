@@ -16,7 +16,7 @@
 namespace fire3dv::wire {
 
 constexpr uint16_t kProtocolMajor = 1;  // peers with different majors refuse each other, with a reply
-constexpr uint16_t kProtocolMinor = 8;  // peers with different minors interoperate
+constexpr uint16_t kProtocolMinor = 9;  // peers with different minors interoperate
 
 // Relation of the publisher's clocks, for ordering its frames against other clocks.
 struct ClockInfo {

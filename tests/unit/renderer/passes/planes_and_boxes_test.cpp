@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/wire/image_outputs.h"
+#include "protocol/wire/messages.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/sinks/file_sink.h"
@@ -168,6 +169,7 @@ TEST(ImageOutputTable, IsThatOfSpecification) {
   ASSERT_EQ(wire::kImageOutputTable.size(), std::size(kSpecification));
   EXPECT_EQ(wire::kAllImageOutputs, 32767u);
   EXPECT_EQ(wire::kRequestableOutputs, 16383u);
+  EXPECT_GE(wire::kProtocolMinor, 9) << "outputs 9 to 13 came with it";
   for (const Row& row : kSpecification) {
     const wire::ImageOutputInfo& info = wire::info_at(row.bit);
     SCOPED_TRACE(row.api_name);
