@@ -287,7 +287,7 @@ void Frame::rasterise() {
   std::vector<ClusterRaster*> sets;
   if (plan_.visibility_buffer) {
     sets.push_back(&passes_.visibility->prepare(source_.staging, source_.gpu_scene, source_.views, globals_,
-                                                map_sets_.size() > 1, source_.settings.draw().cull,
+                                                has_common_dispatches(), source_.settings.draw().cull,
                                                 plan_.camera_levels_of_detail));
   }
   if (plan_.shadow_maps) {
@@ -307,11 +307,12 @@ void Frame::rasterise() {
 }
 
 void Frame::write_planes(std::span<CameraHistory> histories) {
-  passes_.outputs->record(recorder_, source_.staging,
-                          {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views,
-                           globals_, source_.settings.draw().label_alpha, source_.edits,
-                           source_.request.flow_from.get(), source_.request.keeps_surfaces},
-                          histories);
+  passes_.outputs->record(
+      recorder_, source_.staging,
+      {source_.scene, source_.gpu_scene, passes_.visibility->buffer(), source_.views, globals_,
+       source_.settings.draw().label_alpha, source_.edits, source_.request.flow_from.get(),
+       source_.request.keeps_surfaces, has_common_dispatches()},
+      histories);
 }
 
 void Frame::draw_debug_view() {
@@ -330,7 +331,7 @@ void Frame::draw_debug_view() {
 }
 
 void Frame::merge_coverage() {
-  passes_.visibility->merge_coverage(recorder_, source_.gpu_scene, globals_, plan_.shadow_mask);
+  passes_.visibility->merge_coverage(recorder_, source_.gpu_scene, globals_, plan_.shadow_mask, common());
 }
 
 void Frame::trace_ray_effects() {
@@ -348,7 +349,7 @@ void Frame::shade() {
   const uint32_t mode = passes_.shadow_mode(source_.settings, plan_.shadow_mask);
   if (!plan_.shadow_mask) {
     passes_.visibility->shade(recorder_, source_.gpu_scene, passes_.shadows, source_.targets,
-                              {0, source_.views, globals_, mode, plan_.ray_effects},
+                              {0, source_.views, globals_, mode, plan_.ray_effects, common()},
                               source_.settings.draw().post, samples);
     return;
   }

@@ -157,9 +157,15 @@ class Frame {
   std::vector<VkDeviceAddress> globals_;  // per view
   ShadowPass::MapSets map_sets_;          // of the shown worlds
   std::vector<uint32_t> map_set_of_;      // by view
-  VkRect2D forward_area_{};               // bounds of the forward draws
-  bool has_sorted_markers_ = false;       // draw_forward() has drawn all but the overlaid ones
-  VkRect2D hdr_area_{};                   // pixels that the tone-map pass resolves
+  // Several views in one dispatch each, where they pay: their pipelines are compiled on first use.
+  bool has_common_dispatches() const {
+    constexpr size_t kFewest = 4;
+    return map_sets_.size() > 1 || source_.views.size() >= kFewest;
+  }
+  gpu::StagingRing* common() const { return has_common_dispatches() ? &source_.staging : nullptr; }
+  VkRect2D forward_area_{};          // bounds of the forward draws
+  bool has_sorted_markers_ = false;  // draw_forward() has drawn all but the overlaid ones
+  VkRect2D hdr_area_{};              // pixels that the tone-map pass resolves
 };
 
 }  // namespace fire3dv::passes

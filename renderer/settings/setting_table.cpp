@@ -14,6 +14,7 @@
 #include "base/color/srgb.h"
 #include "base/error.h"
 #include "base/numbers.h"
+#include "renderer/settings/small_maps.h"
 
 namespace fire3dv::settings {
 namespace {
@@ -289,21 +290,24 @@ DrawSetting exposure() {
   return row;
 }
 
-using ShadowChoice = std::pair<ShadowMethod, RayBackEnd>;
+using ShadowChoice = std::tuple<ShadowMethod, RayBackEnd, uint32_t>;  // the last: side of the maps
 
 // The back end of shadow rays is that of ray effects, too.
 DrawSetting shadows() {
   DrawSetting row = choice<ShadowChoice>(
-      {{"auto", {ShadowMethod::automatic, RayBackEnd::query}},
-       {"ray", {ShadowMethod::ray, RayBackEnd::query}},
-       {"ray-query", {ShadowMethod::ray, RayBackEnd::query}},
-       {"ray-pipeline", {ShadowMethod::ray, RayBackEnd::pipeline}},
-       {"map", {ShadowMethod::map, RayBackEnd::query}},
-       {"off", {ShadowMethod::off, RayBackEnd::query}}},
-      [](const DrawSettings& draw) { return ShadowChoice(draw.shadows.method, draw.shadows.back_end); },
+      {{"auto", {ShadowMethod::automatic, RayBackEnd::query, 0}},
+       {"ray", {ShadowMethod::ray, RayBackEnd::query, 0}},
+       {"ray-query", {ShadowMethod::ray, RayBackEnd::query, 0}},
+       {"ray-pipeline", {ShadowMethod::ray, RayBackEnd::pipeline, 0}},
+       {"map", {ShadowMethod::map, RayBackEnd::query, 0}},
+       {"small-map", {ShadowMethod::map, RayBackEnd::query, kSmallMaps}},
+       {"off", {ShadowMethod::off, RayBackEnd::query, 0}}},
+      [](const DrawSettings& draw) {
+        return ShadowChoice(draw.shadows.method, draw.shadows.back_end, draw.shadows.map_side);
+      },
       [](const ShadowChoice& value, DrawSettings& draw) {
-        draw.shadows.method = value.first;
-        draw.shadows.back_end = draw.ray_effects.back_end = value.second;
+        std::tie(draw.shadows.method, draw.shadows.back_end, draw.shadows.map_side) = value;
+        draw.ray_effects.back_end = draw.shadows.back_end;
       });
   row.help = list_text("by ", row.names);
   row.controls = {control_of({"Shadows", nullptr, {"automatic", "rays", "maps alone", "off"}},

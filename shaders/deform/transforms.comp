@@ -5,7 +5,15 @@
 #include "common/buffers.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform Push { TransformsPush push; };
+layout(push_constant, scalar) uniform Push { TransformsPush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer TransformsPushRef { TransformsPush at[]; };
+// Parameters of the group's world. With several in one dispatch, the pushed sources address their records.
+TransformsPush push;
+TransformsPush push_of_group() {
+  TransformsPush own = pushed;
+  if (kSeveralWorlds) own = TransformsPushRef(pushed.sources).at[gl_WorkGroupID.y];
+  return own;
+}
 
 void place_light(uint index, AffineRows world_from_light) {
   const LightRecord record = LightRef(push.lights).at[index];
@@ -24,6 +32,7 @@ void place_light(uint index, AffineRows world_from_light) {
 }
 
 void main() {
+  push = push_of_group();
   const uint node = gl_GlobalInvocationID.x;
   if (node >= push.node_count) return;
 

@@ -8,7 +8,15 @@
 #include "shading/shown_surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform Push { OutputsPush push; };
+layout(push_constant, scalar) uniform Push { OutputsPush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer OutputsPushRef { OutputsPush at[]; };
+// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
+OutputsPush push;
+OutputsPush push_of_group() {
+  OutputsPush own = pushed;
+  if (kSeveralWorlds) own = OutputsPushRef(pushed.globals).at[gl_WorkGroupID.z];
+  return own;
+}
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer OutputsWantedRef { OutputsWanted value; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PartLabelsRef { PartLabels at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer FloatOut { float at[]; };
@@ -109,6 +117,7 @@ void write_surface(GlobalsRef globals, OutputsWanted wanted, ShownSurface shown,
 #endif
 
 void main() {
+  push = push_of_group();
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;

@@ -21,7 +21,15 @@
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform Push { ShadePush push; };
+layout(push_constant, scalar) uniform Push { ShadePush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadePushRef { ShadePush at[]; };
+// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
+ShadePush push;
+ShadePush push_of_group() {
+  ShadePush own = pushed;
+  if (kSeveralWorlds) own = ShadePushRef(pushed.globals).at[gl_WorkGroupID.z];
+  return own;
+}
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
 #ifdef FIRE3DV_UNRESOLVED
 #if FIRE3DV_SAMPLES == 4
@@ -122,6 +130,7 @@ void list_pixel(GlobalsRef globals, uint pixel, bool inside, uint known, uint wa
 
 #if FIRE3DV_SAMPLES == 1
 void main() {
+  push = push_of_group();
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = pixel_of_lane(globals, gl_LocalInvocationIndex);
   const bool inside = pixel.x < globals.value.width && pixel.y < globals.value.height;
@@ -146,6 +155,7 @@ shared uint pixel_known[kPixels], pixel_wanted[kPixels];
 #endif
 
 void main() {
+  push = push_of_group();
   GlobalsRef globals = GlobalsRef(push.globals);
   const uint lane = gl_LocalInvocationIndex;
   const uvec2 own_pixel = pixel_of_lane(globals, lane);

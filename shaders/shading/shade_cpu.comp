@@ -19,7 +19,15 @@
 #include "common/tone_map.glsl"
 
 layout(local_size_x = 8) in;  // for 64 pixels, see main
-layout(push_constant, scalar) uniform Push { ShadePush push; };
+layout(push_constant, scalar) uniform Push { ShadePush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadePushRef { ShadePush at[]; };
+// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
+ShadePush push;
+ShadePush push_of_group() {
+  ShadePush own = pushed;
+  if (kSeveralWorlds) own = ShadePushRef(pushed.globals).at[gl_WorkGroupID.z];
+  return own;
+}
 // The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
 bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
@@ -239,6 +247,7 @@ void shade_pixel() {
 
 // One vector shades all pixels of its group, so that uniform data is read once.
 void main() {
+  push = push_of_group();
   if (is_ended()) return;
   group = image_group();
   first_listed = list_group() * 64;

@@ -14,6 +14,18 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { RasterPush push; };
 
+// Dispatch of all views together, in the record behind theirs: as many groups as the longest list needs.
+void extend_common(ViewWorkRef work, bool masked, uint count, bool one_row) {
+  const uint all = gl_NumWorkGroups.z, groups_x = one_row ? count : min(count, 65535u), groups_y = (count - 1) / 65535 + 1;
+  if (masked) {
+    atomicMax(work.at[all].masked.groups_x, groups_x);
+    if (!one_row) atomicMax(work.at[all].masked.groups_y, groups_y);
+  } else {
+    atomicMax(work.at[all].solid.groups_x, groups_x);
+    if (!one_row) atomicMax(work.at[all].solid.groups_y, groups_y);
+  }
+}
+
 void append(bool wanted, uint view, bool masked, uint entry) {
   RasterSet set = RasterSetRef(push.set).value;
   const uvec4 ballot = subgroupBallot(wanted);
@@ -35,6 +47,7 @@ void append(bool wanted, uint view, bool masked, uint entry) {
       atomicMax(work.at[view].solid.groups_y, (base + count - 1) / 65535 + 1);
     }
   }
+  if (kSeveralWorlds && subgroupElect()) extend_common(work, masked, base + count, set.one_row != 0);
   base = subgroupBroadcastFirst(base) + subgroupBallotExclusiveBitCount(ballot);
   const uint slot = masked ? set.instance_count - 1 - base : base;
   if (wanted) UintsRef(set.lists).at[view * set.instance_count + slot] = entry;

@@ -6,7 +6,15 @@
 #include "visibility/level_choice.glsl"
 
 layout(local_size_x = FIRE3DV_LIGHT_VIEW_THREADS) in;
-layout(push_constant, scalar) uniform Push { LightViewsPush push; };
+layout(push_constant, scalar) uniform Push { LightViewsPush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer LightViewsPushRef { LightViewsPush at[]; };
+// Parameters of the group's world. With several in one dispatch, the pushed globals address their records.
+LightViewsPush push;
+LightViewsPush push_of_group() {
+  LightViewsPush own = pushed;
+  if (kSeveralWorlds) own = LightViewsPushRef(pushed.globals).at[gl_WorkGroupID.y];
+  return own;
+}
 
 shared vec3 low_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
 shared vec3 high_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
@@ -104,6 +112,7 @@ vec4 inward(vec4 plane) {
 }
 
 void main() {
+  push = push_of_group();
   GlobalsRef globals = GlobalsRef(push.globals);
   if (gl_WorkGroupID.x >= push.view_count) {
     look_at_parts(globals, gl_WorkGroupID.x - push.view_count);

@@ -7,7 +7,15 @@
 #include "common/visible_triangle.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform Push { CoverageMergePush push; };
+layout(push_constant, scalar) uniform Push { CoverageMergePush pushed; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer CoverageMergePushRef { CoverageMergePush at[]; };
+// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
+CoverageMergePush push;
+CoverageMergePush push_of_group() {
+  CoverageMergePush own = pushed;
+  if (kSeveralWorlds) own = CoverageMergePushRef(pushed.globals).at[gl_WorkGroupID.z];
+  return own;
+}
 
 // Merge conditions: same part, nearly the same normal, and samples within half a pixel's width of the other
 // plane. Large triangles are skipped, since few pixels show several.
@@ -52,6 +60,7 @@ int leader_of(PixelIds ids, uint open) {
 }
 
 void main() {
+  push = push_of_group();
   GlobalsRef globals = GlobalsRef(push.globals);
   const uvec2 pixel = gl_GlobalInvocationID.xy;
   if (pixel.x >= globals.value.width || pixel.y >= globals.value.height) return;

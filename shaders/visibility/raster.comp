@@ -21,6 +21,7 @@ const uint kThreads = 128;
 layout(local_size_x = 128) in;
 #endif
 layout(push_constant, scalar) uniform Push { RasterPush push; };
+uint view_index;  // of the group; with several views in one dispatch, its z
 // The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
 bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }
@@ -35,9 +36,9 @@ ScreenVertex corner_of(RasterView view, vec3 world) {
 
 uint cluster_count(RasterSet set) {
 #ifdef FIRE3DV_ALPHA_MASK
-  const ClusterList list = ViewWorkRef(set.work).at[push.view].masked;
+  const ClusterList list = ViewWorkRef(set.work).at[view_index].masked;
 #else
-  const ClusterList list = ViewWorkRef(set.work).at[push.view].solid;
+  const ClusterList list = ViewWorkRef(set.work).at[view_index].solid;
 #endif
   return max(list.groups_x, list.count);
 }
@@ -49,7 +50,7 @@ uint listed_at(RasterSet set, uint entry) {
 #else
   const uint slot = entry;
 #endif
-  return UintsRef(set.lists).at[push.view * set.instance_count + slot];
+  return UintsRef(set.lists).at[view_index * set.instance_count + slot];
 }
 
 struct ShownCluster {
@@ -75,7 +76,7 @@ void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownClus
                    ScreenVertex c) {
   const uint id = ((cluster.number + 1) << 7) | number;
   if (a.xy == kNowhere || b.xy == kNowhere || c.xy == kNowhere) {
-    emit_huge(set, HugeTriangle(id, push.view));
+    emit_huge(set, HugeTriangle(id, view_index));
     return;
   }
   ivec2 low, high;
@@ -91,7 +92,7 @@ void draw_triangle(GlobalsRef globals, RasterSet set, RasterView view, ShownClus
   const bool double_sided = !cluster.one_side;
 #endif
   if (max(extent.x, extent.y) > kMaxExtent || box.x * box.y > kMaxPixels) {
-    emit_large(set, HugeTriangle(id, push.view), a, b, c, cluster.mirrored, double_sided, low, high, view);
+    emit_large(set, HugeTriangle(id, view_index), a, b, c, cluster.mirrored, double_sided, low, high, view);
     return;
   }
   int area = ab.x * ac.y - ab.y * ac.x;
@@ -133,12 +134,18 @@ void draw_from_corners(GlobalsRef globals, RasterSet set, RasterView view, Shown
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
+  view_index = push.view;
+  if (kSeveralWorlds) {
+    view_index = gl_WorkGroupID.z;
+    if (list_group() >= cluster_count(set)) return;  // the list of another view is longer
+    globals = globals_of_view(set, view_index);
+  }
   // Groups beyond the list redraw its last cluster, which changes nothing: reads outside of branches are
   // cheaper.
   const uint listed = listed_at(set, min(list_group(), cluster_count(set) - 1));
   const ClusterInstance instance = instance_for_all(globals.value.cluster_instances, listed & ~FIRE3DV_LISTED_ONE_SIDE);
   const AffineRows world_from_node = affine_for_all(globals.value.world_from_node, instance.node);
-  const RasterView view = view_for_all(set.views, push.view);
+  const RasterView view = view_for_all(set.views, view_index);
   find_corners(globals, view, instance, world_from_node);
   subgroupBarrier();  // orders memory within one vector; no thread waits
   const ShownCluster cluster = shown_cluster(listed, world_from_node);
@@ -152,12 +159,14 @@ void main() {
 void main() {
   GlobalsRef globals = globals_at(push.globals);
   RasterSet set = RasterSetRef(push.set).value;
+  view_index = kSeveralWorlds ? gl_WorkGroupID.z : push.view;
   const uint entry = list_group(), thread = gl_LocalInvocationIndex;
   if (entry >= cluster_count(set)) return;  // the whole group
+  if (kSeveralWorlds) globals = globals_of_view(set, view_index);
   const uint listed = listed_at(set, entry);
   const ClusterInstance instance = ClusterInstanceRef(globals.value.cluster_instances).at[listed & ~FIRE3DV_LISTED_ONE_SIDE];
   const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[instance.node];
-  const RasterView view = RasterViewRef(set.views).at[push.view];
+  const RasterView view = RasterViewRef(set.views).at[view_index];
   const uint triangle_count = instance.counts >> 16;
   const bool ended = is_ended();
   uint packed[128 / kThreads];

@@ -1,8 +1,10 @@
 #include "renderer/passes/outputs/outputs_pass.h"
 
 #include <algorithm>
+#include <string>
 
 #include "renderer/passes/outputs/silhouettes.h"
+#include "renderer/passes/resources/shader_variant.h"
 
 namespace fire3dv::passes {
 namespace {
@@ -81,14 +83,21 @@ std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const 
 OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples)
     : device_(device),
       layout_(layout),
-      pipeline_(gpu::create_compute_pipeline(
-          device, layout, samples == 4 ? "outputs_4.comp" : "outputs_1.comp", gpu::Compile::on_first_use)),
-      surface_pipeline_(gpu::create_compute_pipeline(
-          device, layout, samples == 4 ? "outputs_surface_4.comp" : "outputs_surface_1.comp",
-          gpu::Compile::on_first_use)),
       silhouettes_(device, layout, samples),
       flow_(device, layout, samples),
-      samples_(samples) {}
+      samples_(samples) {
+  for (const bool common : {false, true}) {
+    ShaderVariant variant;
+    variant.several_worlds = common;
+    const auto make = [&](const char* shader) {
+      return gpu::create_compute_pipeline(device, layout,
+                                          shader + std::string(samples == 4 ? "_4" : "_1") + ".comp",
+                                          gpu::Compile::on_first_use, variant.constants());
+    };
+    pipelines_[0][common] = make("outputs");
+    pipelines_[1][common] = make("outputs_surface");
+  }
+}
 
 bool OutputsPass::has_room_for_histories(const Images& images, const GpuScene& scene) const {
   const ImageOutputs& outputs = images.outputs;
@@ -251,26 +260,34 @@ void OutputsPass::write(gpu::Recorder& recorder, gpu::StagingRing& staging, cons
   source.gpu_scene.add_reads(uses, access::compute_read);
   const VkDeviceSize visibility_bytes = VkDeviceSize{8} * samples_ * extent_.width * extent_.height;
   std::vector<gpu_types::OutputsPush> pushes;
+  std::vector<gpu_types::OutputsWanted> wanted;
   for (uint32_t view = 0; view < source.views.size(); ++view) {
     CameraHistory* const last =
         view < histories.size() && histories[view].scene == scenes_ ? &histories[view] : nullptr;
     const bool listed = last && view > 0 && histories[view - 1].poses == last->poses;
     if (last && !listed) uses.emplace_back(*last->poses, access::compute_read);
     if (last && last->depth) uses.emplace_back(*last->depth, access::compute_read);
-    const gpu_types::OutputsWanted parameters = make_parameters(source, view, last);
-    pushes.push_back({source.globals[view], visibility.address + view * visibility_bytes,
-                      staging.write(std::span<const gpu_types::OutputsWanted>(&parameters, 1)).address});
+    wanted.push_back(make_parameters(source, view, last));
+    pushes.push_back({source.globals[view], visibility.address + view * visibility_bytes, 0});
   }
+  const VkDeviceAddress parameters = staging.write(std::span<const gpu_types::OutputsWanted>(wanted)).address;
+  for (size_t view = 0; view < pushes.size(); ++view)
+    pushes[view].wanted = parameters + view * sizeof(gpu_types::OutputsWanted);
   ImageOutputs outputs(0);
   for (const PlaneRange& place : places_) outputs.add(place.output);
-  const gpu::Pipeline& pipeline = outputs.has_surface_planes() ? surface_pipeline_ : pipeline_;
+  const gpu::Pipeline& pipeline = pipelines_[outputs.has_surface_planes() ? 1 : 0][source.common ? 1 : 0];
+  uint32_t layers = 1;
+  if (source.common) {
+    layers = static_cast<uint32_t>(pushes.size());
+    pushes = {{staging.write(std::span<const gpu_types::OutputsPush>(pushes)).address, 0, 0}};
+  }
   recorder.pass("outputs", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
     const VkDescriptorSet set = source.gpu_scene.textures.set();
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
     for (const gpu_types::OutputsPush& push : pushes) {
       vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, layers);
     }
   });
 }

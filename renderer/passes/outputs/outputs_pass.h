@@ -55,6 +55,7 @@ class OutputsPass {
     const scene::SceneEdits* edits = nullptr;  // null: none
     const CameraHistory* flow_from = nullptr;  // see FrameRequest
     bool keeps_surfaces = false;
+    bool common = false;  // writes all views in one dispatch
   };
   // histories: one per view, or empty without motion; updated to these images.
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
@@ -85,7 +86,8 @@ class OutputsPass {
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline pipeline_, surface_pipeline_;  // without and with planes of materials, position and occlusion
+  // Without and with planes of materials, position and occlusion; a dispatch for each view, and for all.
+  gpu::Pipeline pipelines_[2][2];
   SilhouettesPass silhouettes_;
   FlowPass flow_;
   gpu::Buffer planes_;

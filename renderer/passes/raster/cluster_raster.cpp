@@ -60,12 +60,12 @@ uint32_t clusters_in(const gpu_types::ViewWork& work) {
 }
 
 // Layout of ClusterRaster::work_: LargeWork of both rounds, then the views' ViewWork of the first and second
-// round.
+// round. Behind those of a round is one for common dispatches of all views.
 VkDeviceSize large_work_at(uint32_t round) {
   return round * sizeof(gpu_types::LargeWork);
 }
 VkDeviceSize view_work_at(uint32_t round, uint32_t view_count) {
-  return large_work_at(2) + VkDeviceSize{round} * view_count * sizeof(gpu_types::ViewWork);
+  return large_work_at(2) + VkDeviceSize{round} * (view_count + 1) * sizeof(gpu_types::ViewWork);
 }
 
 // Records one pass for all sets.
@@ -108,9 +108,7 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   const std::string suffix = suffix_of(kind);
   const bool counting = kind == RasterKind::camera_counts;
   make_cull(false, gpu::Compile::immediately);
-  pipelines_.raster = gpu::create_compute_pipeline(device, layout, "raster" + suffix);
-  if (!tile_by_tile_ && !counting)
-    pipelines_.raster_narrow = gpu::create_compute_pipeline(device, layout, "raster_narrow" + suffix);
+  make_raster(false, false, gpu::Compile::immediately);
   make_large(false, false, gpu::Compile::immediately);
   if (!is_of_lights(kind) && !counting)
     pipelines_.hiz = gpu::create_compute_pipeline(device, layout, "hiz" + suffix);
@@ -120,11 +118,11 @@ ClusterRaster::ClusterRaster(gpu::Device& device, VkPipelineLayout layout, Raste
   }
 }
 
-void ClusterRaster::make_cull(bool worlds, gpu::Compile when) {
-  if (pipelines_.cull[worlds]) return;
+void ClusterRaster::make_cull(bool common, gpu::Compile when) {
+  if (pipelines_.cull[common]) return;
   ShaderVariant variant;
-  variant.several_worlds = worlds;
-  pipelines_.cull[worlds] =
+  variant.several_worlds = common;
+  pipelines_.cull[common] =
       gpu::create_compute_pipeline(device_, layout_,
                                    "cull" + (is_of_lights(kind_)                  ? "_light.comp"
                                              : kind_ == RasterKind::camera_counts ? "_1.comp"
@@ -132,12 +130,26 @@ void ClusterRaster::make_cull(bool worlds, gpu::Compile when) {
                                    when, variant.constants());
 }
 
-void ClusterRaster::make_large(bool masks, bool worlds, gpu::Compile when) {
-  LargePipelines& large = pipelines_.large[masks][worlds];
+void ClusterRaster::make_raster(bool masks, bool common, gpu::Compile when) {
+  ShaderVariant variant;
+  variant.several_worlds = common;
+  const auto make = [&](gpu::Pipeline& pipeline, const char* shader) {
+    if (!pipeline)
+      pipeline = gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), when,
+                                              variant.constants());
+  };
+  if (masks) return make(pipelines_.raster_mask[common], "raster_mask");
+  make(pipelines_.raster[common], "raster");
+  if (!tile_by_tile_ && kind_ != RasterKind::camera_counts)
+    make(pipelines_.raster_narrow[common], "raster_narrow");
+}
+
+void ClusterRaster::make_large(bool masks, bool common, gpu::Compile when) {
+  LargePipelines& large = pipelines_.large[masks][common];
   if (large.tiles) return;
   ShaderVariant variant;
   variant.masks = masks;
-  variant.several_worlds = worlds;
+  variant.several_worlds = common;
   const auto make = [&](const char* shader) {
     return gpu::create_compute_pipeline(device_, layout_, shader + suffix_of(kind_), when,
                                         variant.constants());
@@ -146,10 +158,8 @@ void ClusterRaster::make_large(bool masks, bool worlds, gpu::Compile when) {
 }
 
 void ClusterRaster::expect_masks() {
-  if (pipelines_.raster_mask) return;
   make_large(true, false, gpu::Compile::next);
-  pipelines_.raster_mask =
-      gpu::create_compute_pipeline(device_, layout_, "raster_mask" + suffix_of(kind_), gpu::Compile::next);
+  make_raster(true, false, gpu::Compile::next);
 }
 
 // Measures both modes periodically and selects the faster one. The image is the same.
@@ -215,8 +225,10 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   round_count_ = culls_occluded(job) ? 2 : 1;
   read_counts();
   allocate(job);
-  if (job.has_several_worlds()) {
+  if (job.is_common()) {
     make_cull(true, gpu::Compile::next);
+    make_raster(false, true, gpu::Compile::next);
+    if (job.scene->has_masked) make_raster(true, true, gpu::Compile::next);
     make_large(job.scene->has_masked, true, gpu::Compile::next);
   }
   gpu_types::RasterSet set{};
@@ -230,7 +242,7 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   set.generation = job.target->generation();
   set.was_visible = was_visible_.address;
   set.hiz = hiz_.address;
-  if (job.has_several_worlds())
+  if (job.is_common())
     set.view_globals = staging.write(std::span<const VkDeviceAddress>(job.globals_of_views)).address;
   set.instance_count = job.instance_count();
   set.huge_capacity = huge_capacity_;
@@ -270,7 +282,9 @@ void ClusterRaster::clear(VkCommandBuffer commands) {
   constexpr gpu_types::ClusterList kEmpty{0, 1, 1, 0};
   constexpr VkDeviceSize kMaxAtOnce = 65536 / sizeof(gpu_types::ViewWork);  // limit of vkCmdUpdateBuffer, in
                                                                             // bytes
-  const std::vector<gpu_types::ViewWork> empty(2 * job_.view_count, {kEmpty, kEmpty});
+  std::vector<gpu_types::ViewWork> empty(2 * (VkDeviceSize{job_.view_count} + 1), {kEmpty, kEmpty});
+  for (const size_t common : {empty.size() / 2 - 1, empty.size() - 1})
+    empty[common].solid.groups_z = empty[common].masked.groups_z = job_.view_count;
   for (VkDeviceSize i = 0; i < empty.size(); i += kMaxAtOnce) {
     const VkDeviceSize count = std::min(kMaxAtOnce, empty.size() - i), bytes = sizeof(gpu_types::ViewWork);
     vkCmdUpdateBuffer(commands, work_.get(), view_work_at(0, job_.view_count) + i * bytes, count * bytes,
@@ -291,7 +305,7 @@ void ClusterRaster::bind(VkCommandBuffer commands, const gpu::Pipeline& pipeline
   vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.get());
   const VkDescriptorSet set = job_.scene->textures.set();
   vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
-  const VkDeviceAddress globals = job_.has_several_worlds() ? job_.globals_of_views[view] : job_.globals;
+  const VkDeviceAddress globals = job_.is_common() ? job_.globals_of_views[view] : job_.globals;
   const gpu_types::RasterPush push{globals, round_sets_[round], view};
   vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
 }
@@ -308,7 +322,7 @@ VkDeviceSize ClusterRaster::clear_quads(uint32_t round) const {
 }
 
 void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
-  bind(commands, pipelines_.cull[job_.has_several_worlds()], round, 0);
+  bind(commands, pipelines_.cull[job_.is_common()], round, 0);
   // Each view has its culling groups and a share of the groups that clear the common target.
   const VkDeviceSize quads_of_row = VkDeviceSize{64} * FIRE3DV_CLEAR_QUADS * job_.view_count;
   const uint32_t groups =
@@ -316,15 +330,22 @@ void ClusterRaster::cull(VkCommandBuffer commands, uint32_t round) const {
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, job_.view_count);
 }
 
+bool ClusterRaster::is_narrow() const {
+  if (!pipelines_.raster_narrow[0]) return false;
+  const uint64_t clusters = uint64_t{job_.instance_count()} * (job_.is_common() ? job_.view_count : 1);
+  return clusters >= (is_of_lights(kind_) ? kManyInMaps : kManyInImages);
+}
+
 void ClusterRaster::raster(VkCommandBuffer commands, uint32_t round) const {
-  const bool narrow = pipelines_.raster_narrow &&
-                      job_.instance_count() >= (is_of_lights(kind_) ? kManyInMaps : kManyInImages);
-  for (uint32_t view = 0; view < job_.view_count; ++view) {
+  const bool common = job_.is_common();
+  const gpu::Pipeline& solid = is_narrow() ? pipelines_.raster_narrow[common] : pipelines_.raster[common];
+  // The common dispatch of all views is behind theirs.
+  for (uint32_t view = common ? job_.view_count : 0; view < job_.view_count + (common ? 1 : 0); ++view) {
     const VkDeviceSize work = view_work_at(round, job_.view_count) + view * sizeof(gpu_types::ViewWork);
-    bind(commands, narrow ? pipelines_.raster_narrow : pipelines_.raster, round, view);
+    bind(commands, solid, round, common ? 0 : view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, solid));
     if (!job_.scene->has_masked) continue;
-    bind(commands, pipelines_.raster_mask, round, view);
+    bind(commands, pipelines_.raster_mask[common], round, common ? 0 : view);
     vkCmdDispatchIndirect(commands, work_.get(), work + offsetof(gpu_types::ViewWork, masked));
   }
 }

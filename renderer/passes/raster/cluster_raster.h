@@ -49,14 +49,15 @@ class ClusterRaster {
     ClusterTarget* target = nullptr;       // begin(target_bytes) was called
     VkDeviceSize target_bytes = 0;
     VkDeviceAddress views = 0;
-    VkDeviceAddress globals = 0;                    // of all views
-    std::vector<VkDeviceAddress> globals_of_views;  // instead, of views of several worlds
+    VkDeviceAddress globals = 0;  // of all views
+    // Instead, of each view, where the views are drawn in common dispatches.
+    std::vector<VkDeviceAddress> globals_of_views;
     uint32_t view_count = 1;
     VkExtent2D extent{};  // of the camera's image, or of the largest shadow map
     settings::Cull cull = settings::Cull::automatic;
     bool levels_of_detail = false;  // false: LOD 0 clusters only
 
-    bool has_several_worlds() const { return !globals_of_views.empty(); }
+    bool is_common() const { return !globals_of_views.empty(); }
     uint32_t instance_count() const {
       return levels_of_detail ? scene->cluster_instance_count : scene->lod0_cluster_instance_count;
     }
@@ -92,6 +93,7 @@ class ClusterRaster {
   uint32_t cull_groups() const;
   VkDeviceSize clear_quads(uint32_t round) const;
   void cull(VkCommandBuffer commands, uint32_t round) const;
+  bool is_narrow() const;
   void raster(VkCommandBuffer commands, uint32_t round) const;
   void large_stage(VkCommandBuffer commands, const gpu::Pipeline& pipeline, uint32_t round,
                    VkDeviceSize arguments) const;
@@ -109,15 +111,17 @@ class ClusterRaster {
   struct LargePipelines {
     gpu::Pipeline expand, tiles;
   };
-  void make_cull(bool worlds, gpu::Compile when);
-  void make_large(bool masks, bool worlds, gpu::Compile when);
+  // common: for several views in one dispatch.
+  void make_cull(bool common, gpu::Compile when);
+  void make_raster(bool masks, bool common, gpu::Compile when);
+  void make_large(bool masks, bool common, gpu::Compile when);
   const LargePipelines& large() const {
-    return pipelines_.large[job_.scene->has_masked ? 1 : 0][job_.has_several_worlds() ? 1 : 0];
+    return pipelines_.large[job_.scene->has_masked ? 1 : 0][job_.is_common() ? 1 : 0];
   }
 
   struct Pipelines {
-    gpu::Pipeline raster, raster_narrow, raster_mask, hiz;
-    gpu::Pipeline cull[2];  // for one world; for several
+    gpu::Pipeline hiz;
+    gpu::Pipeline cull[2], raster[2], raster_narrow[2], raster_mask[2];  // one view a dispatch; all views
     // Large masked triangles need pipelines with an alpha test; most scenes have none. Second index as in
     // cull.
     LargePipelines large[2][2];

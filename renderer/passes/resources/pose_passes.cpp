@@ -5,6 +5,7 @@
 #include <map>
 
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/shader_variant.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
@@ -142,6 +143,29 @@ void record_copies(gpu::Recorder& recorder, const char* name, const std::vector<
   });
 }
 
+// Adds a copy to those of one upload; it may continue the last one.
+void add_region(std::vector<VkBufferCopy>& regions, const VkBufferCopy& region) {
+  if (region.size == 0) return;
+  if (!regions.empty()) {
+    VkBufferCopy& last = regions.back();
+    if (last.srcOffset + last.size == region.srcOffset && last.dstOffset + last.size == region.dstOffset) {
+      last.size += region.size;
+      return;
+    }
+  }
+  regions.push_back(region);
+}
+
+// Records the copies of a staging piece, at offsets within it.
+void record_upload(gpu::Recorder& recorder, const char* name, gpu::Buffer& to,
+                   const gpu::StagingRing::Piece& piece, std::vector<VkBufferCopy>&& regions) {
+  if (regions.empty()) return;
+  for (VkBufferCopy& region : regions) region.srcOffset += piece.offset;
+  recorder.pass(name, {Use(to, access::transfer_write)}, [&](VkCommandBuffer commands) {
+    vkCmdCopyBuffer(commands, piece.buffer, to.get(), static_cast<uint32_t>(regions.size()), regions.data());
+  });
+}
+
 // Rows of 65535 groups, the guaranteed minimum of all devices.
 void dispatch(VkCommandBuffer commands, uint32_t groups) {
   if (groups) vkCmdDispatch(commands, std::min(groups, 65535u), (groups + 65534) / 65535, 1);
@@ -150,56 +174,89 @@ void dispatch(VkCommandBuffer commands, uint32_t groups) {
 }  // namespace
 
 TransformsPass::TransformsPass(gpu::Device& device, VkPipelineLayout layout)
-    : device_(device),
-      layout_(layout),
-      pipeline_(gpu::create_compute_pipeline(device, layout, "transforms.comp")) {}
-
-void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
-  std::vector<BufferCopy> copies;
-  std::vector<Use> uses;
-  for (size_t w = 0; w < poses.size(); ++w) {
-    World& world = worlds_[w];
-    if (world.drives == poses[w]->drive_revision()) continue;
-    world.drives = poses[w]->drive_revision();
-    std::vector<gpu_types::NodeSource> sources;
-    sources.reserve(poses[w]->node_drives().size());
-    for (const state::NodeDrive& drive : poses[w]->node_drives()) {
-      sources.push_back({to_rows(drive.body_from_node), drive.stream, drive.pose_index});
-    }
-    const VkDeviceSize bytes = sources.size() * sizeof(gpu_types::NodeSource);
-    if (!world.sources || world.sources.size_bytes < bytes) {
-      world.sources =
-          gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-    }
-    add_copy(copies, uses, staging.write(std::span<const gpu_types::NodeSource>(sources)), world.sources,
-             bytes);
-  }
-  record_copies(recorder, "pose sources", uses, copies);
+    : device_(device), layout_(layout) {
+  pipelines_[0] = gpu::create_compute_pipeline(device, layout, "transforms.comp");
 }
 
-void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
-  std::vector<BufferCopy> copies;
-  std::vector<Use> uses;
+void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
+  VkDeviceSize stride = source_bytes_;
+  bool has_changed = false;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    has_changed |= worlds_[w].drives != poses[w]->drive_revision();
+    stride = std::max(stride, poses[w]->node_drives().size() * sizeof(gpu_types::NodeSource));
+  }
+  if (!has_changed) return;
+  if (stride > source_bytes_ || sources_.size_bytes < stride * poses.size()) {
+    sources_ = gpu::create_buffer(device_, stride * poses.size(), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                                  gpu::Memory::device);
+    source_bytes_ = stride;
+    for (World& world : worlds_) world.drives = UINT64_MAX;
+  }
+  std::vector<gpu_types::NodeSource> sources;  // of the changed worlds
+  std::vector<VkBufferCopy> regions;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    if (worlds_[w].drives == poses[w]->drive_revision()) continue;
+    worlds_[w].drives = poses[w]->drive_revision();
+    const VkDeviceSize from = sources.size() * sizeof(gpu_types::NodeSource);
+    for (const state::NodeDrive& drive : poses[w]->node_drives())
+      sources.push_back({to_rows(drive.body_from_node), drive.stream, drive.pose_index});
+    add_region(regions, {from, w * source_bytes_, sources.size() * sizeof(gpu_types::NodeSource) - from});
+  }
+  record_upload(recorder, "pose sources", sources_,
+                staging.write(std::span<const gpu_types::NodeSource>(sources)), std::move(regions));
+}
+
+// Lays out the poses of all worlds again when a stream has more of them than before.
+void TransformsPass::make_room_for_poses(PosesOfWorlds poses) {
+  bool has_room = true;
   for (size_t w = 0; w < poses.size(); ++w) {
     const std::vector<state::Stream>& streams = poses[w]->streams();
     worlds_[w].streams.resize(streams.size());
+    for (size_t s = 0; s < streams.size(); ++s)
+      has_room &= streams[s].poses.size() <= worlds_[w].streams[s].capacity;
+  }
+  if (has_room) return;
+  VkDeviceSize bytes = 0;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    for (size_t s = 0; s < worlds_[w].streams.size(); ++s) {
+      StreamPoses& stream = worlds_[w].streams[s];
+      stream.capacity = std::max(stream.capacity, poses[w]->streams()[s].poses.size());
+      stream.offset = bytes;
+      stream.revision = UINT64_MAX;
+      bytes += stream.capacity * sizeof(wire::Affine3x4);
+    }
+  }
+  poses_ = gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
+}
+
+void TransformsPass::upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
+  make_room_for_poses(poses);
+  std::vector<const std::vector<wire::Affine3x4>*> changed;
+  std::vector<VkBufferCopy> regions;
+  VkDeviceSize bytes = 0;
+  for (size_t w = 0; w < poses.size(); ++w) {
+    const std::vector<state::Stream>& streams = poses[w]->streams();
     for (size_t s = 0; s < streams.size(); ++s) {
       StreamPoses& uploaded = worlds_[w].streams[s];
       const state::Stream& stream = streams[s];
       if (stream.poses.empty() || (uploaded.epoch == stream.epoch && uploaded.revision == stream.revision))
         continue;
-      const VkDeviceSize bytes = stream.poses.size() * sizeof(wire::Affine3x4);
-      if (!uploaded.poses || uploaded.poses.size_bytes < bytes) {
-        uploaded.poses =
-            gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
-      }
-      add_copy(copies, uses, staging.write(std::span<const wire::Affine3x4>(stream.poses)), uploaded.poses,
-               bytes);
+      changed.push_back(&stream.poses);
+      const VkDeviceSize of_stream = stream.poses.size() * sizeof(wire::Affine3x4);
+      add_region(regions, {bytes, uploaded.offset, of_stream});
+      bytes += of_stream;
       uploaded.epoch = stream.epoch;
       uploaded.revision = stream.revision;
     }
   }
-  record_copies(recorder, "poses", uses, copies);
+  if (changed.empty()) return;
+  const gpu::StagingRing::Piece piece = staging.allocate(bytes);
+  std::byte* to = piece.mapped;
+  for (const std::vector<wire::Affine3x4>* of_stream : changed) {
+    std::memcpy(to, of_stream->data(), of_stream->size() * sizeof(wire::Affine3x4));
+    to += of_stream->size() * sizeof(wire::Affine3x4);
+  }
+  record_upload(recorder, "poses", poses_, piece, std::move(regions));
 }
 
 void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
@@ -209,20 +266,21 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, 
   upload_poses(recorder, staging, poses);
   if (scene.node_count == 0) return;
 
-  std::vector<gpu_types::TransformsPush> pushes;
-  std::vector<Use> uses{Use(scene.world_from_node, access::compute_write)};
+  std::vector<gpu_types::StreamSource> streams;  // of all worlds
   for (uint32_t w = 0; w < poses.size(); ++w) {
-    World& world = worlds_[w];
-    uses.emplace_back(world.sources, access::compute_read);
-    std::vector<gpu_types::StreamSource> stream_sources;
-    for (size_t s = 0; s < world.streams.size(); ++s) {
-      stream_sources.push_back(
-          {world.streams[s].poses.address, to_rows(poses[w]->streams()[s].world_from_stream)});
-      if (world.streams[s].poses) uses.emplace_back(world.streams[s].poses, access::compute_read);
+    for (size_t s = 0; s < worlds_[w].streams.size(); ++s) {
+      const StreamPoses& stream = worlds_[w].streams[s];
+      streams.push_back({stream.capacity ? poses_.address + stream.offset : 0,
+                         to_rows(poses[w]->streams()[s].world_from_stream)});
     }
-    gpu_types::TransformsPush& push = pushes.emplace_back();
-    push.sources = world.sources.address;
-    push.streams = staging.write(std::span<const gpu_types::StreamSource>(stream_sources)).address;
+  }
+  VkDeviceAddress of_world = staging.write(std::span<const gpu_types::StreamSource>(streams)).address;
+  std::vector<gpu_types::TransformsPush> worlds;
+  for (uint32_t w = 0; w < poses.size(); ++w) {
+    gpu_types::TransformsPush& push = worlds.emplace_back();
+    push.sources = sources_.address + w * source_bytes_;
+    push.streams = of_world;
+    of_world += worlds_[w].streams.size() * sizeof(gpu_types::StreamSource);
     push.world_from_node = scene.nodes_of(w);
     push.instance_of_node = scene.instance_of_node.address;
     push.instances = scene.instances_of(w);
@@ -232,13 +290,26 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, 
     push.light_poses = scene.light_poses_of(w);
     push.node_count = scene.node_count;
   }
+  std::vector<Use> uses{Use(scene.world_from_node, access::compute_write),
+                        Use(sources_, access::compute_read)};
+  if (poses_) uses.emplace_back(poses_, access::compute_read);
   if (scene.instances) uses.emplace_back(scene.instances, access::compute_write);
-  recorder.pass("transforms", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
-    for (const gpu_types::TransformsPush& push : pushes) {
-      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-      vkCmdDispatch(commands, (scene.node_count + 63) / 64, 1, 1);
+  const bool common = worlds.size() > 1;
+  gpu_types::TransformsPush push = worlds[0];
+  if (common) {
+    if (!pipelines_[1]) {
+      ShaderVariant variant;
+      variant.several_worlds = true;
+      pipelines_[1] = gpu::create_compute_pipeline(device_, layout_, "transforms.comp", gpu::Compile::next,
+                                                   variant.constants());
     }
+    push = {};
+    push.sources = staging.write(std::span<const gpu_types::TransformsPush>(worlds)).address;
+  }
+  recorder.pass("transforms", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_[common ? 1 : 0].get());
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    vkCmdDispatch(commands, (scene.node_count + 63) / 64, static_cast<uint32_t>(worlds.size()), 1);
   });
 }
 

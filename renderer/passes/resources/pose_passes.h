@@ -26,25 +26,32 @@ class TransformsPass {
 
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene, PosesOfWorlds poses);
   // Resets the state for a new scene; all data is uploaded again.
-  void invalidate() { worlds_.clear(); }
+  void invalidate() {
+    worlds_.clear();
+    source_bytes_ = 0;
+  }
 
  private:
   struct StreamPoses {
-    gpu::Buffer poses;
+    VkDeviceSize offset = 0;  // in poses_
+    size_t capacity = 0;      // poses; 0: no room yet
     uint64_t epoch = 0, revision = UINT64_MAX;
   };
   // Uploaded data of a world.
   struct World {
-    gpu::Buffer sources;
     uint64_t drives = UINT64_MAX;  // PoseState::drive_revision()
     std::vector<StreamPoses> streams;
   };
   void upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses);
+  void make_room_for_poses(PosesOfWorlds poses);
   void upload_poses(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses);
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  gpu::Pipeline pipeline_;
+  gpu::Pipeline pipelines_[2];  // of one world; of several in one dispatch
+  // Of all worlds, so that one copy can upload what has changed in them.
+  gpu::Buffer sources_, poses_;
+  VkDeviceSize source_bytes_ = 0;  // stride of the worlds in sources_
   std::vector<World> worlds_;
 };
 

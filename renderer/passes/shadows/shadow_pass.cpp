@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "renderer/passes/resources/shader_variant.h"
 #include "renderer/passes/resources/sun_light.h"
 #include "shaders/shared/types.h"
 
@@ -17,6 +18,7 @@ using gpu::Use;
 namespace access = gpu::access;
 
 constexpr size_t kMaxPlanarCasters = 16;
+constexpr uint32_t kSmallestSmallMap = 64, kLargestSmallMap = 512;  // texels along a side
 // Workgroups of 64 threads that trace listed rays in a strided loop. A GPU gets more than fit at once. A CPU
 // gets few of equal work, but within the loop limit (lanes.glsl).
 constexpr uint32_t kListedRayGroups = 1024, kListedRayGroupsOnCpu = 64;
@@ -33,7 +35,7 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
                        const ShadowTechnique& technique)
     : device_(device), layout_(layout), samples_(samples), technique_(technique) {
   if (technique.method != settings::ShadowMethod::off) {
-    pipelines_.light_views = gpu::create_compute_pipeline(device, layout, "light_views.comp");
+    pipelines_.light_views[0] = gpu::create_compute_pipeline(device, layout, "light_views.comp");
     map_raster_.emplace(device, layout,
                         technique.hybrid ? RasterKind::lights : RasterKind::lights_center_only);
   }
@@ -62,13 +64,16 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
 
 // Without rays, more texels than image pixels are invisible: 1024 for images of 640 x 480. With rays, a finer
 // map saves rays, but a CPU rasterises its two maps about as slowly as it traces. On a CPU about one texel
-// per pixel is fastest. Only ray-traced techniques use the outer map.
+// per pixel is fastest. Only ray-traced techniques use the outer map. Small maps, of which a batch has one
+// per world and light, have about as many texels along a side as the image has pixels.
 MapSizes ShadowPass::map_sizes() const {
   MapSizes sizes;
   sizes.maps_of_view = technique_.hybrid ? 2 : 1;
   if (technique_.map_side) sizes.side = technique_.map_side;
+  const uint32_t pixels = targets_ ? std::max(targets_->extent.width, targets_->extent.height) : 0;
+  if (technique_.has_small_maps())
+    sizes.side = std::clamp(std::bit_ceil(pixels), kSmallestSmallMap, kLargestSmallMap);
   if (technique_.map_side || !targets_) return sizes;
-  const uint32_t pixels = std::max(targets_->extent.width, targets_->extent.height);
   if (technique_.method == settings::ShadowMethod::map) {
     sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
   } else if (device_.report().type == gpu::DeviceType::software) {
@@ -121,8 +126,14 @@ void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight
 // Creates new buffers, since frames in flight read the old ones. Maps are reused if large enough: the next
 // frame draws them behind a barrier.
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits) {
+  constexpr uint64_t kMaxTexels = UINT32_MAX;  // shaders index them with 32 bits
   ShadowPlan plan =
       plan_shadows(lights, samples_, technique_.method == settings::ShadowMethod::ray, map_sizes(), limits);
+  if (limits.has_memory && state_.worlds * plan.texels > kMaxTexels) {
+    ShadowLimits none = limits;
+    none.has_memory = false;
+    return set_lights(lights, none);
+  }
   if (state_.light_shadows && plan == state_.plan) {
     state_.lights = lights;
     state_.light_count = static_cast<uint32_t>(lights.size());
@@ -301,24 +312,38 @@ void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& stagin
   std::vector<Use> uses = std::move(clear.uses);
   uses.emplace_back(state_.views, access::compute_write);
   scene.add_reads(uses, access::compute_read);
-  recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.light_views.get());
-    for (size_t set = 0; set < sets.size(); ++set) {
-      const std::span<const VkDeviceAddress> cameras(sets[set]);
-      gpu_types::LightViewsPush push{};
-      push.globals = cameras[0];
-      push.cameras = staging.write(cameras).address;
-      push.wanted = state_.view_requests.address;
-      push.views = state_.views.address + set * state_.view_count * sizeof(gpu_types::RasterView);
-      push.planar_casters = state_.planar_casters.address;
-      push.view_count = state_.view_count;
-      push.levels_of_detail = levels_of_detail ? 1 : 0;
-      push.camera_count = static_cast<uint32_t>(cameras.size());
-      push.first_texel = static_cast<uint32_t>(set * state_.plan.texels);
-      vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-      constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
-      vkCmdDispatch(commands, state_.view_count + (scene.part_count + kThreads - 1) / kThreads, 1, 1);
+  std::vector<gpu_types::LightViewsPush> worlds;
+  for (size_t set = 0; set < sets.size(); ++set) {
+    const std::span<const VkDeviceAddress> cameras(sets[set]);
+    gpu_types::LightViewsPush& push = worlds.emplace_back();
+    push.globals = cameras[0];
+    push.cameras = staging.write(cameras).address;
+    push.wanted = state_.view_requests.address;
+    push.views = state_.views.address + set * state_.view_count * sizeof(gpu_types::RasterView);
+    push.planar_casters = state_.planar_casters.address;
+    push.view_count = state_.view_count;
+    push.levels_of_detail = levels_of_detail ? 1 : 0;
+    push.camera_count = static_cast<uint32_t>(cameras.size());
+    push.first_texel = static_cast<uint32_t>(set * state_.plan.texels);
+  }
+  const bool common = worlds.size() > 1;
+  gpu_types::LightViewsPush push = worlds[0];
+  if (common) {
+    if (!pipelines_.light_views[1]) {
+      ShaderVariant variant;
+      variant.several_worlds = true;
+      pipelines_.light_views[1] = gpu::create_compute_pipeline(device_, layout_, "light_views.comp",
+                                                               gpu::Compile::next, variant.constants());
     }
+    push = {};
+    push.globals = staging.write(std::span<const gpu_types::LightViewsPush>(worlds)).address;
+  }
+  recorder.pass("light views", uses, [&](VkCommandBuffer commands) {
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipelines_.light_views[common ? 1 : 0].get());
+    vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
+    constexpr uint32_t kThreads = FIRE3DV_LIGHT_VIEW_THREADS;
+    vkCmdDispatch(commands, state_.view_count + (scene.part_count + kThreads - 1) / kThreads,
+                  static_cast<uint32_t>(worlds.size()), 1);
     clear.commands(commands);
   });
 }

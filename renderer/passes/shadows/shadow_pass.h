@@ -119,7 +119,8 @@ class ShadowPass {
   uint32_t samples_;
   ShadowTechnique technique_;
   struct Pipelines {
-    gpu::Pipeline light_views, classify;
+    gpu::Pipeline light_views[2];  // of one world; of several in one dispatch
+    gpu::Pipeline classify;
     Tracing trace_pixels, trace_listed;
   };
   Pipelines pipelines_;

@@ -83,6 +83,8 @@ ShadowTechnique choose_shadow_technique(const gpu::Device& device, const setting
                                         bool compute) {
   ShadowTechnique technique;
   technique.map_side = settings.map_side;
+  if (settings.map_side == settings::kSmallMaps && settings.method != settings::ShadowMethod::map)
+    technique.map_side = 0;
   technique.max_listed_rays = settings.max_listed_rays;
   if (settings.method == settings::ShadowMethod::off) return technique;
   const gpu::DeviceReport& report = device.report();
@@ -105,7 +107,7 @@ const char* describe(const ShadowTechnique& technique) {
     case settings::ShadowMethod::automatic:
       return "off";
     case settings::ShadowMethod::map:
-      return "shadow maps";
+      return technique.has_small_maps() ? "small shadow maps" : "shadow maps";
     case settings::ShadowMethod::ray:
       break;
   }

@@ -7,6 +7,7 @@
 
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/settings/shadow_settings.h"
+#include "renderer/settings/small_maps.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::gpu {
@@ -20,7 +21,8 @@ struct ShadowTechnique {
   settings::ShadowMethod method = settings::ShadowMethod::off;  // never automatic
   settings::RayBackEnd back_end = settings::RayBackEnd::none;
   bool hybrid = false;
-  uint32_t map_side = 0, max_listed_rays = 0;  // as in the settings
+  uint32_t map_side = 0, max_listed_rays = 0;  // as in the settings; kSmallMaps with maps alone only
+  bool has_small_maps() const { return map_side == settings::kSmallMaps; }
   bool operator==(const ShadowTechnique&) const = default;
 };
 

@@ -59,7 +59,7 @@ VisibilityPass::VisibilityPass(gpu::Device& device, VkPipelineLayout layout,
       raster_(device, layout, samples == 4 ? RasterKind::camera_4_samples : RasterKind::camera_1_sample),
       image_set_layout_(create_image_set_layout(device)) {
   shade_layout_ = gpu::create_pipeline_layout(device, std::array{scene_set_layout, image_set_layout_.get()});
-  if (samples == 4) merge_coverage_ = gpu::create_compute_pipeline(device, layout, "merge_coverage.comp");
+  if (samples == 4) merge_coverage_[0] = gpu::create_compute_pipeline(device, layout, "merge_coverage.comp");
 }
 
 void VisibilityPass::set_targets(Targets& targets) {
@@ -108,7 +108,7 @@ void VisibilityPass::allocate(GpuScene& scene, settings::Cull cull, bool levels_
 
 ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scene,
                                        std::span<const View> views, std::span<const VkDeviceAddress> globals,
-                                       bool several_worlds, settings::Cull cull, bool levels_of_detail) {
+                                       bool common, settings::Cull cull, bool levels_of_detail) {
   std::vector<gpu_types::RasterView> rasters;
   rasters.reserve(views.size());
   const VkExtent2D tiles = tiles_of(extent_);
@@ -121,26 +121,39 @@ ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scen
   ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
   job.views = staging.write(std::span<const gpu_types::RasterView>(rasters)).address;
   job.globals = globals[0];
-  if (several_worlds) job.globals_of_views.assign(globals.begin(), globals.end());
+  if (common) job.globals_of_views.assign(globals.begin(), globals.end());
   raster_.begin(staging, job);
   return raster_;
 }
 
 void VisibilityPass::merge_coverage(gpu::Recorder& recorder, GpuScene& scene,
-                                    std::span<const VkDeviceAddress> globals, bool traced) {
+                                    std::span<const VkDeviceAddress> globals, bool traced,
+                                    gpu::StagingRing* common) {
   const auto pixels = static_cast<double>(extent_.width) * extent_.height;
   const double least = traced ? kMinTrianglesPerTracedPixel : kMinTrianglesPerPixel;
-  if (!merge_coverage_ || static_cast<double>(scene.lod0_triangle_count) < least * pixels) return;
+  if (!merge_coverage_[0] || static_cast<double>(scene.lod0_triangle_count) < least * pixels) return;
+  std::vector<gpu_types::CoverageMergePush> pushes;
+  for (uint32_t view = 0; view < globals.size(); ++view) pushes.push_back({globals[view], address_of(view)});
+  if (common && !merge_coverage_[1]) {
+    ShaderVariant variant;
+    variant.several_worlds = true;
+    merge_coverage_[1] = gpu::create_compute_pipeline(device_, layout_, "merge_coverage.comp",
+                                                      gpu::Compile::next, variant.constants());
+  }
+  uint32_t layers = 1;
+  if (common) {
+    layers = static_cast<uint32_t>(pushes.size());
+    pushes = {{common->write(std::span<const gpu_types::CoverageMergePush>(pushes)).address, 0}};
+  }
   std::vector<Use> uses{Use(targets_->visibility.buffer, access::compute_write)};
   scene.add_reads(uses, access::compute_read);
   recorder.pass("coverage merge", uses, [&](VkCommandBuffer commands) {
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, merge_coverage_.get());
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, merge_coverage_[common ? 1 : 0].get());
     const VkDescriptorSet set = scene.textures.set();
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set, 0, nullptr);
-    for (uint32_t view = 0; view < globals.size(); ++view) {
-      const gpu_types::CoverageMergePush push{globals[view], address_of(view)};
+    for (const gpu_types::CoverageMergePush& push : pushes) {
       vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
-      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+      vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, layers);
     }
   });
 }
@@ -153,11 +166,11 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
   FIRE3DV_ASSERT(shading.shadows < kShadowModes);
   const uint32_t way = shading.tests_maps ? kShadowModes : shading.shadows;
   FIRE3DV_ASSERT((shading.material_flags & ~FIRE3DV_MATERIAL_OPTIONAL) == 0);
-  constexpr uint32_t kWays = 128;
+  constexpr uint32_t kWays = 256;
   gpu::Pipeline& pipeline =
       shade_[kWays * shading.material_flags + 16 * way + (shading.core_materials ? 8 : 0) +
              (shading.textures ? 4 : 0) + (shading.second_uv ? 2 : 0) + (shading.writes_samples ? 1 : 0) +
-             (shading.ray_effects ? kWays / 2 : 0)];
+             (shading.ray_effects ? kWays / 4 : 0) + (shading.common ? kWays / 2 : 0)];
   if (!pipeline) {
     const std::string shader =
         std::string("shade") + (shading.core_materials ? "_core" : "") +
@@ -168,6 +181,7 @@ gpu::Pipeline& VisibilityPass::shade_pipeline(const Shading& shading) {
     variant.textures = shading.textures;
     variant.second_uv = shading.second_uv;
     variant.material_flags = shading.material_flags;
+    variant.several_worlds = shading.common;
     pipeline = gpu::create_compute_pipeline(device_, shade_layout_.get(), shader, gpu::Compile::next,
                                             variant.constants());
   }
@@ -197,8 +211,8 @@ gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t ind
 
 void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Shades what,
                                   uint32_t shadow_technique, GpuScene& scene, ShadowPass& shadows,
-                                  Targets& targets, std::span<const gpu_types::ShadePush> views,
-                                  const Samples& samples) {
+                                  Targets& targets, std::span<gpu_types::ShadePush> views,
+                                  const Samples& samples, gpu::StagingRing* common) {
   const bool ray_effects = views[0].ray_effects != 0;
   Shading shading{!scene.has_extensions && !ray_effects,
                   scene.has_textures,
@@ -207,6 +221,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                   samples.any,
                   shadow_technique};
   shading.ray_effects = ray_effects;
+  shading.common = common != nullptr;
   shading.tests_maps =
       what == Shades::all_and_lists || (what == Shades::listed && shares_pipeline_with_listed(shading));
   const VkPipeline pipeline = shade_pipeline(shading).get();
@@ -232,23 +247,32 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
     uses.emplace_back(shadows.lists(), arguments);
     uses.emplace_back(shadows.entries(), access::compute_read);
   }
+  for (gpu_types::ShadePush& push : views) {
+    push.listed = what == Shades::listed ? 1 : 0;
+    push.hdr_x = static_cast<uint32_t>(samples.unresolved.offset.x);
+    push.hdr_y = static_cast<uint32_t>(samples.unresolved.offset.y);
+    push.hdr_end_x = push.hdr_x + samples.unresolved.extent.width;
+    push.hdr_end_y = push.hdr_y + samples.unresolved.extent.height;
+    push.keeps_samples = samples.all ? 1 : 0;
+  }
+  gpu_types::ShadePush all{};
+  uint32_t layers = 1;
+  if (common) {
+    layers = static_cast<uint32_t>(views.size());
+    all.globals = common->write(std::span<const gpu_types::ShadePush>(views)).address;
+    views = std::span(&all, 1);
+  }
   recorder.pass(name, uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     const VkDescriptorSet sets[] = {scene.textures.set(), targets.shade_set.get()};
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, shade_layout_.get(), 0, 2, sets, 0,
                             nullptr);
-    for (gpu_types::ShadePush push : views) {
-      push.listed = what == Shades::listed ? 1 : 0;
-      push.hdr_x = static_cast<uint32_t>(samples.unresolved.offset.x);
-      push.hdr_y = static_cast<uint32_t>(samples.unresolved.offset.y);
-      push.hdr_end_x = push.hdr_x + samples.unresolved.extent.width;
-      push.hdr_end_y = push.hdr_y + samples.unresolved.extent.height;
-      push.keeps_samples = samples.all ? 1 : 0;
+    for (const gpu_types::ShadePush& push : views) {
       vkCmdPushConstants(commands, shade_layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);
       if (what == Shades::listed) {
         vkCmdDispatchIndirect(commands, shadows.lists().get(), offsetof(gpu_types::RayList, groups_x));
       } else {
-        vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, 1);
+        vkCmdDispatch(commands, (extent_.width + 7) / 8, (extent_.height + 7) / 8, layers);
       }
     }
   });
@@ -259,7 +283,8 @@ void VisibilityPass::shade(gpu::Recorder& recorder, GpuScene& scene, ShadowPass&
                            const Samples& samples) {
   std::vector<gpu_types::ShadePush> views;
   for (size_t i = 0; i < shaded.views.size(); ++i) views.push_back(shade_push(shaded, i, settings));
-  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, samples);
+  record_shade(recorder, "shade", Shades::all, shaded.shadows, scene, shadows, targets, views, samples,
+               shaded.common);
 }
 
 void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, ShadowPass& shadows,
@@ -272,7 +297,7 @@ void VisibilityPass::shade_and_trace(gpu::Recorder& recorder, GpuScene& scene, S
   push.entries = shadows.entries().address;
   push.listed_rays = shadows.listed_rays().address;
   push.ray_list_capacity = shadows.ray_list_capacity();
-  const std::span<const gpu_types::ShadePush> view(&push, 1);
+  const std::span<gpu_types::ShadePush> view(&push, 1);
   record_shade(recorder, "shade", Shades::all_and_lists, shaded.shadows, scene, shadows, targets, view,
                samples);
   shadows.trace_listed(recorder, scene, {targets_->visibility.buffer, address_of(shaded.first_view)},

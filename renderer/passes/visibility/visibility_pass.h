@@ -33,6 +33,7 @@ class VisibilityPass {
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;
     bool tests_maps = false;
     bool ray_effects = false;  // reads them; without core_materials
+    bool common = false;       // all views in one dispatch
   };
   void expect(const Shading& shading);
 
@@ -44,13 +45,15 @@ class VisibilityPass {
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views. globals: of each.
+  // common: all views in common dispatches.
   ClusterRaster& prepare(gpu::StagingRing& staging, GpuScene& scene, std::span<const View> views,
-                         std::span<const VkDeviceAddress> globals, bool several_worlds, settings::Cull cull,
+                         std::span<const VkDeviceAddress> globals, bool common, settings::Cull cull,
                          bool levels_of_detail);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
-  // before all users of the ids. traced: rays may start from merged surfaces.
+  // before all users of the ids. traced: rays may start from merged surfaces. common: not null: one dispatch
+  // for all views, whose parameters it holds.
   void merge_coverage(gpu::Recorder& recorder, GpuScene& scene, std::span<const VkDeviceAddress> globals,
-                      bool traced);
+                      bool traced, gpu::StagingRing* common);
   // A range of views, shaded in sequence. With ray effects, one view and Targets::ray_effects.
   struct Shaded {
     uint32_t first_view = 0;
@@ -58,6 +61,7 @@ class VisibilityPass {
     std::span<const VkDeviceAddress> globals;
     uint32_t shadows = FIRE3DV_SHADOWS_OFF;  // shadow technique, as in the globals
     bool ray_effects = false;
+    gpu::StagingRing* common = nullptr;  // as for merge_coverage()
   };
   // Linear samples that shading writes into targets.hdr, which needs can_write_samples().
   struct Samples {
@@ -98,13 +102,14 @@ class VisibilityPass {
   }
   void record_shade(gpu::Recorder& recorder, const char* name, Shades what, uint32_t shadow_technique,
                     GpuScene& scene, ShadowPass& shadows, Targets& targets,
-                    std::span<const gpu_types::ShadePush> views, const Samples& samples);
+                    std::span<gpu_types::ShadePush> views, const Samples& samples,
+                    gpu::StagingRing* common = nullptr);
 
   gpu::Device& device_;
   uint32_t samples_;
   VkPipelineLayout layout_;
   ClusterRaster raster_;
-  gpu::Pipeline merge_coverage_;  // 4 samples only
+  gpu::Pipeline merge_coverage_[2];  // 4 samples only; a dispatch for each view, and for all
   gpu::SetLayout image_set_layout_;
   gpu::PipelineLayout shade_layout_;
   std::map<uint32_t, gpu::Pipeline> shade_;  // by variant; created by expect() or on first use

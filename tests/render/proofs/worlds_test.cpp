@@ -4,14 +4,17 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <deque>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/settings/small_maps.h"
 #include "tests/render/support/bent_bar.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
@@ -170,6 +173,160 @@ TEST_P(Worlds, AlternatingFramesEqualEachAlone) {
     passes::View same = view;
     same.world = 0;
     EXPECT_EQ(image.image.rgba8, alone[view.world]->draw(poses_[view.world], same).rgba8);
+  }
+}
+
+// Moves the ball by a stream.
+void publish_ball(state::PoseState& poses, const glm::vec3& position) {
+  wire::StreamDescription description;
+  description.epoch = 1;
+  description.node_names = {"ball"};
+  wire::Affine3x4 pose;
+  for (size_t axis = 0; axis < 3; ++axis) pose.m[4 * axis + 3] = position[static_cast<int>(axis)];
+  wire::PoseFrameView frame;
+  frame.header.epoch = frame.header.sequence = 1;
+  frame.node_count = 1;
+  frame.poses = std::span<const wire::Affine3x4>(&pose, 1);
+  EXPECT_TRUE(poses.push(poses.add_stream(description), frame));
+}
+
+// Batches of many small images: one view of each world, in another order, with small shadow maps at coarse
+// levels.
+class Batches : public ValidationIsSilent, public ::testing::WithParamInterface<uint32_t> {};
+
+TEST_P(Batches, EachWorldEqualsABatchOfItAlone) {
+  constexpr VkExtent2D kSmall{16, 16};
+  constexpr size_t kPixels = size_t{kSmall.width} * kSmall.height;
+  const scene::Scene scene = swinging_scene();
+  settings::DrawSettings settings;
+  settings.samples = 1;
+  settings.shadows.method = settings::ShadowMethod::map;
+  settings.shadows.map_side = settings::kSmallMaps;
+  settings.levels_of_detail = settings::LevelsOfDetail::camera;
+  settings.post.fxaa = false;
+  const uint32_t count = GetParam();
+  std::deque<state::PoseState> poses;
+  std::vector<const state::PoseState*> worlds;
+  std::vector<passes::View> views;
+  for (uint32_t i = 0; i < count; ++i) {
+    worlds.push_back(&poses.emplace_back(scene));
+    poses[i].set_rest(swinging_pose(scene, i, 0));
+    if (i % 3 == 1) publish_ball(poses[i], {0.1f * static_cast<float>(i % 7), 0.8f, 0});
+    passes::Intrinsics k;
+    k.fx_px = k.fy_px = 14;
+    k.cx_px = k.cy_px = 7.5f;
+    k.image_px = {kSmall.width, kSmall.height};
+    const float angle = 0.7f * static_cast<float>(i);
+    views.push_back(passes::make_view(
+        k, passes::look_at_pose({3 * std::sin(angle), 1.5f, 3 * std::cos(angle)}, {0, 0.6f, 0})));
+    views.back().world = (7 * i + 3) % count;
+  }
+  wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
+  outputs.remove(wire::kColorLinearF16);
+  RenderBench together(scene, kSmall, settings), alone(scene, kSmall, settings);
+  together.renderer().set_scene(scene, count);
+  const Taken all = together.take(worlds, views, outputs);
+  ASSERT_EQ(all.image.rgba8.size(), 4 * kPixels * count);
+  std::set<std::vector<uint8_t>> images;
+  for (uint32_t v = 0; v < count; ++v) {
+    SCOPED_TRACE(v);
+    passes::View view = views[v];
+    view.world = 0;
+    alone.renderer().set_scene(scene);  // other poses with the same revisions
+    const Taken one = alone.take(poses[views[v].world], view, outputs);
+    EXPECT_EQ(rows_of_view(all.image.rgba8, v, 4 * kPixels), one.image.rgba8);
+    for (const passes::PlaneRange& place : one.places) {
+      const std::vector<uint8_t> plane = one.plane<uint8_t>(place.output);
+      EXPECT_EQ(rows_of_view(all.plane<uint8_t>(place.output), v, plane.size()), plane)
+          << wire::info_of(place.output).api_name;
+    }
+    images.insert(one.image.rgba8);
+  }
+  EXPECT_EQ(images.size(), count);  // alike worlds would prove nothing
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Batches, ::testing::Values(1u, 2u, 33u));
+
+// A robot of five links on a floor, in a random pose.
+scene::Scene robot(uint32_t seed) {
+  SceneBuilder builder;
+  const uint32_t white = builder.material(matte({0.8f, 0.8f, 0.8f})),
+                 dark = builder.material(matte({0.25f, 0.25f, 0.3f}));
+  builder.mesh_node("floor", builder.quad(white, 3), glm::mat4(1));
+  builder.mesh_node("base",
+                    builder.lathe(
+                        dark,
+                        [](float theta, float phi) {
+                          return 0.16f * glm::vec3(std::sin(theta) * std::cos(phi), std::cos(theta),
+                                                   std::sin(theta) * std::sin(phi));
+                        },
+                        48),
+                    at({0, 0.1f, 0}));
+  const uint32_t joint = builder.sphere(dark, 0.09f, 48), link = builder.box(white, {0.055f, 0.15f, 0.055f});
+  glm::mat4 world_from_joint = at({0, 0.2f, 0});
+  for (uint32_t i = 0; i < 5; ++i) {
+    const auto turn = [&](uint32_t step) {
+      return std::sin(12.9898f * static_cast<float>(seed) + 4.1f * static_cast<float>(i + 7 * step));
+    };
+    world_from_joint = world_from_joint * glm::rotate(glm::mat4(1), 2 * turn(0), glm::vec3(0, 1, 0)) *
+                       glm::rotate(glm::mat4(1), 0.8f * turn(1), glm::vec3(0, 0, 1));
+    builder.mesh_node("joint " + std::to_string(i), joint, world_from_joint);
+    builder.mesh_node("link " + std::to_string(i), link, world_from_joint * at({0, 0.16f, 0}));
+    world_from_joint = world_from_joint * at({0, 0.32f, 0});
+  }
+  builder.light_node(sun({1, 1, 1}, 3), shining_towards({-1, -2, -0.5f}));
+  builder.camera_node("camera", {1.6f, 1.3f, 2}, {0, 0.6f, 0});
+  return builder.build();
+}
+
+class SmallMaps : public ValidationIsSilent {};
+
+// Small maps show the shadows of rays, but for the borders of shadows and pixels that light falls on flat.
+TEST_F(SmallMaps, DifferFromRaysInFewPixels) {
+  settings::DrawSettings settings;
+  settings.samples = 1;
+  settings.post.fxaa = false;
+  settings.levels_of_detail = settings::LevelsOfDetail::camera;
+  constexpr settings::ShadowMethod kMethods[] = {settings::ShadowMethod::map, settings::ShadowMethod::ray,
+                                                 settings::ShadowMethod::off};
+  std::deque<scene::Scene> robots;
+  for (uint32_t seed = 0; seed < 4; ++seed) robots.push_back(robot(seed));
+  std::deque<RenderBench> benches;
+  for (const settings::ShadowMethod method : kMethods) {
+    settings.shadows = {.method = method, .hybrid = false, .map_side = settings::kSmallMaps};
+    benches.emplace_back(robots[0], VkExtent2D{64, 64}, settings);
+  }
+  for (const uint32_t side : {64u, 128u}) {
+    uint32_t covered = 0, differing = 0, shadowed = 0;
+    for (const scene::Scene& scene : robots) {
+      const state::PoseState poses(scene);
+      const passes::View view = passes::make_view(scene.cameras[0], scene.nodes.back().world_from_node, 1);
+      std::vector<Taken> taken;
+      for (RenderBench& bench : benches) {
+        bench.renderer().set_scene(scene);
+        bench.set_size({side, side});
+        taken.push_back(bench.take(poses, view, wire::ImageOutputs(wire::kColorSrgb8 | wire::kInstanceU32)));
+      }
+      const Taken &by_maps = taken[0], &by_rays = taken[1], &without = taken[2];
+      const std::vector<uint32_t> instances = by_rays.plane<uint32_t>(wire::kInstanceU32);
+      for (size_t pixel = 0; pixel < instances.size(); ++pixel) {
+        if (instances[pixel] == 0) continue;
+        ++covered;
+        const auto differs = [&](const Taken& image) {
+          bool more = false;
+          for (size_t c = 4 * pixel; c < 4 * pixel + 3; ++c) {
+            const int ray = by_rays.image.rgba8[c];
+            more |= 10 * std::abs(image.image.rgba8[c] - ray) > ray;
+          }
+          return more;
+        };
+        differing += differs(by_maps) ? 1 : 0;
+        shadowed += differs(without) ? 1 : 0;
+      }
+    }
+    EXPECT_GT(33 * shadowed, covered) << "shadows are missing in the reference";
+    EXPECT_LE(50 * differing, covered)
+        << differing << " of " << covered << ", of " << shadowed << " in shadow, at " << side << " pixels";
   }
 }
 

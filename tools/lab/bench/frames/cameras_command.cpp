@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/command_line.h"
@@ -14,10 +17,10 @@
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/gltf/load_gltf.h"
-#include "renderer/state/pose_state.h"
 #include "tools/lab/bench/bench_device.h"
 #include "tools/lab/bench/bench_scene.h"
 #include "tools/lab/bench/frames/frame_commands.h"
+#include "tools/lab/bench/frames/world_poses.h"
 #include "tools/lab/bench/report/statistics.h"
 
 namespace fire3dv::bench {
@@ -161,10 +164,12 @@ Result<void> measure_served(const CamerasOptions& options) {
 
 namespace {
 
-std::vector<passes::View> around(const scene::Scene& scene, uint32_t count, float aspect) {
+std::vector<passes::View> around(const scene::Scene& scene, uint32_t count, uint32_t worlds, float aspect) {
   std::vector<passes::View> views;
-  for (const glm::mat4& world_from_camera : circle_of_cameras(scene, count, aspect))
+  for (const glm::mat4& world_from_camera : circle_of_cameras(scene, count, aspect)) {
     views.push_back(passes::make_view(scene::Camera(), world_from_camera, aspect));
+    views.back().world = static_cast<uint32_t>(views.size() - 1) % worlds;
+  }
   return views;
 }
 
@@ -181,30 +186,42 @@ struct Bench {
   passes::SceneRenderer renderer;
   gpu::FrameRing frames;
   gpu::ReadbackRing<int> readback;
-  uint64_t pixels_seen = 0;  // sum over sampled foreground pixels
+  WorldPoses poses;
+  uint64_t pixels_seen = 0;                             // sum over sampled foreground pixels
+  std::vector<std::pair<std::string, double>> pass_ms;  // of timed rounds, with --passes
 
-  Bench(gpu::Device& on, const scene::Scene& of, const DrawOptions& draw, const wire::ImageOutputs& wanted)
+  Bench(gpu::Device& on, const scene::Scene& of, const CamerasOptions& options,
+        const wire::ImageOutputs& wanted)
       : device(on),
         scene(of),
-        extent{draw.width, draw.height},
+        extent{options.draw.width, options.draw.height},
         outputs(wanted),
-        renderer(on, draw.settings),
+        renderer(on, options.draw.settings),
         frames(on),
-        readback(on) {
-    renderer.set_scene(scene);
+        readback(on),
+        poses(of, options.worlds) {
+    renderer.set_scene(scene, options.worlds);
+    if (options.passes) frames.time(gpu::Timed::passes);
   }
 
-  Result<void> submit(const state::PoseState& poses, std::span<const passes::View> views) {
-    const Result<passes::PreparedFrame> prepared = renderer.prepare(
-        {.extent = extent, .views = static_cast<uint32_t>(views.size()), .outputs = outputs});
+  // is_first: of a round, whose later submissions show the same poses.
+  Result<void> submit(std::span<const passes::View> views, bool is_first, bool reads_back) {
+    const Result<passes::PreparedFrame> prepared =
+        renderer.prepare({.extent = extent,
+                          .views = static_cast<uint32_t>(views.size()),
+                          .outputs = outputs,
+                          .scene = is_first ? passes::SceneUpdate::update : passes::SceneUpdate::reuse});
     if (!prepared) return prepared.error();
     gpu::Recorder& recorder = frames.begin();
-    renderer.record(*prepared, recorder, frames.staging(), poses, views);
-    gpu::ReadbackRing<int>::Planes planes;
-    if (outputs.has_planes()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())};
-    readback.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr,
-                    renderer.image().extent, planes, 0);
-    readback.submitted(frames.submit());
+    renderer.record(*prepared, recorder, frames.staging(), poses.worlds(), views);
+    if (reads_back) {
+      gpu::ReadbackRing<int>::Planes planes;
+      if (outputs.has_planes()) planes = {&renderer.planes(), passes::bytes_of(renderer.plane_ranges())};
+      readback.record(recorder, outputs.has(wire::kColorSrgb8) ? &renderer.image() : nullptr,
+                      renderer.image().extent, planes, 0);
+    }
+    const uint64_t submitted = frames.submit();
+    if (reads_back) readback.submitted(submitted);
     return {};
   }
   // Sums one byte per cache line, which proves that the whole image is in host memory.
@@ -213,24 +230,40 @@ struct Bench {
       for (size_t i = 0; i < bytes.size(); i += 64) pixels_seen += bytes[i];
     });
   }
+  void add_times(const gpu::FrameTimes& times) {
+    for (const gpu::PassTime& pass : times.passes) {
+      const auto same = [&](const auto& entry) { return entry.first == pass.name; };
+      auto entry = std::find_if(pass_ms.begin(), pass_ms.end(), same);
+      if (entry == pass_ms.end()) entry = pass_ms.insert(entry, {pass.name, 0});
+      entry->second += pass.milliseconds;
+    }
+  }
 };
 
 Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t cameras) {
   if (Result<void> can = bench.renderer.can_take(bench.outputs, cameras); !can) return can;
   const float aspect = static_cast<float>(bench.extent.width) / static_cast<float>(bench.extent.height);
-  const std::vector<passes::View> views = around(bench.scene, cameras, aspect);
+  const std::vector<passes::View> views = around(bench.scene, cameras, options.worlds, aspect);
   const uint32_t batch = batch_of(bench.device, cameras, bench.extent.height);
-  const state::PoseState poses(bench.scene);
   std::vector<double> seconds;
-  double gpu_ms = 0, cpu_ms = 0;
+  double gpu_ms = 0, cpu_ms = 0, publish_ms = 0;
+  bench.pass_ms.clear();
+  bench.pixels_seen = 0;
   for (uint32_t frame = 0; frame < options.warm_up + options.frames; ++frame) {
+    if (options.worlds > 1) bench.poses.simulate(frame);
+    const bool reads_back = !options.resident || frame == 0;  // blank images are errors
     const int64_t begin_ns = fire3dv::monotonic_ns();
+    if (options.worlds > 1) {
+      if (Result<void> published = bench.poses.publish(); !published) return published;
+    }
     int64_t recorded_ns = 0;
+    const int64_t published_ns = fire3dv::monotonic_ns();
     for (uint32_t first = 0; first < cameras; first += batch) {
       // The last batch overlaps the previous one, so that image sizes stay constant.
       const uint32_t from = std::min(first, cameras - batch);
       const int64_t piece_ns = fire3dv::monotonic_ns();
-      if (Result<void> drawn = bench.submit(poses, std::span(views).subspan(from, batch)); !drawn)
+      if (Result<void> drawn = bench.submit(std::span(views).subspan(from, batch), first == 0, reads_back);
+          !drawn)
         return drawn;
       recorded_ns += fire3dv::monotonic_ns() - piece_ns;
       bench.take();
@@ -241,15 +274,22 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
     const std::vector<gpu::FrameTimes> times = bench.frames.take_finished();
     if (frame < options.warm_up) continue;
     seconds.push_back(s);
-    for (const gpu::FrameTimes& t : times) gpu_ms += t.total_ms;
+    for (const gpu::FrameTimes& t : times) {
+      gpu_ms += t.total_ms;
+      bench.add_times(t);
+    }
     cpu_ms += static_cast<double>(recorded_ns) * 1e-6;
+    publish_ms += static_cast<double>(published_ns - begin_ns) * 1e-6;
   }
   if (bench.pixels_seen == 0) return Error{"the images are blank, so no time is reported"};
   const Summary summary = summarise(seconds);
   const double frames = static_cast<double>(options.frames);
-  std::printf("| %u | %u | %ux%u | %s | %.3f | %.3f | %.3f | %.0f |\n", cameras, batch, bench.extent.width,
-              bench.extent.height, options.outputs.c_str(), 1e3 * summary.median, gpu_ms / frames,
-              cpu_ms / frames, cameras / summary.median);
+  std::printf("| %u | %u | %u | %ux%u | %s | %s | %.3f | %.3f | %.3f | %.3f | %.0f |\n", cameras,
+              options.worlds, batch, bench.extent.width, bench.extent.height, options.outputs.c_str(),
+              options.resident ? "device" : "host", 1e3 * summary.median, gpu_ms / frames, cpu_ms / frames,
+              publish_ms / frames, cameras / summary.median);
+  for (const auto& [name, ms] : bench.pass_ms) std::printf("  %-16s %8.3f ms\n", name.c_str(), ms / frames);
+  std::fflush(stdout);
   return {};
 }
 
@@ -263,11 +303,13 @@ Result<void> measure_all(const CamerasOptions& options) {
   Result<OpenDevice> open = open_device(options.draw);
   if (!open) return open.error();
   {
-    Bench bench(*open->device, *scene, options.draw, *outputs);
+    Bench bench(*open->device, *scene, options, *outputs);
+    if (options.worlds > 1 && bench.poses.bodies() == 0)
+      return Error{"--worlds: no node of the scene has a mesh, so that its worlds would be alike"};
     std::printf(
-        "| cameras | in one submission | size | outputs | ms for all | of that GPU | recording | images a "
-        "second |\n"
-        "|---|---|---|---|---|---|---|---|\n");
+        "| cameras | worlds | in one submission | size | outputs | images end in | ms for all | of that GPU "
+        "| recording | publishing | images a second |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (const uint32_t cameras : options.cameras) {
       if (Result<void> measured = measure(bench, options, cameras); !measured) return measured;
     }
@@ -289,12 +331,26 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
       ->check(in_range(1, 100'000));
   group.add("--to", options.to, "URI", "request the images from a fire3dv --lockstep at this URI");
   group.add("--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
+  group
+      .add("--worlds", options.worlds, "N",
+           "copies of the scene, published with random poses in each round; camera i shows world i modulo N")
+      ->check(in_range(1, 65'535));
+  group.add_flag("--resident", options.resident, "leave the images on the device");
+  group.add_flag("--passes", options.passes, "print the GPU time of each pass, which slows the passes");
   group.add("--frames", options.frames, "N", "timed rounds")->check(in_range(1, 100'000));
   group.add("--warm-up", options.warm_up, "N", "untimed rounds before them")->check(in_range(0, 100'000));
 }
 
 int run_cameras(const CamerasOptions& options) {
-  const Result<void> measured = options.to.empty() ? measure_all(options) : measure_served(options);
+  const bool is_in_process = options.worlds > 1 || options.resident || options.passes;
+  Result<void> measured;
+  if (options.to.empty()) {
+    measured = measure_all(options);
+  } else if (is_in_process) {
+    measured = Error{"--worlds, --resident and --passes measure images of this process: leave --to out"};
+  } else {
+    measured = measure_served(options);
+  }
   if (measured) return 0;
   std::fprintf(stderr, "fire3dv-bench: %s\n", measured.error().message.c_str());
   return 1;

@@ -65,13 +65,16 @@ int run_frames(const FrameOptions& options);
 // programs.
 int run_images(const ImageOptions& options);
 
-// Throughput of many cameras in one scene, in images per second in host memory.
+// Throughput of many cameras in one scene or in worlds of it, in images per second.
 struct CamerasOptions {
   DrawOptions draw;
   std::filesystem::path scene;
   std::vector<uint32_t> cameras{1, 8, 64};
   std::string outputs = "color,depth";
-  std::string to;  // URI of a running fire3dv that renders them; empty: rendered in this process
+  std::string to;         // URI of a running fire3dv that renders them; empty: rendered in this process
+  uint32_t worlds = 1;    // copies of the scene with poses of their own
+  bool resident = false;  // images stay on the device
+  bool passes = false;    // prints the GPU time of each pass
   uint32_t frames = 30, warm_up = 3;
 };
 void add_cameras_options(CLI::App& app, CamerasOptions& options);
