@@ -14,6 +14,7 @@
 #include "base/color/srgb.h"
 #include "base/error.h"
 #include "base/numbers.h"
+#include "base/words.h"
 #include "renderer/settings/small_maps.h"
 
 namespace fire3dv::settings {
@@ -309,7 +310,7 @@ DrawSetting shadows() {
         std::tie(draw.shadows.method, draw.shadows.back_end, draw.shadows.map_side) = value;
         draw.ray_effects.back_end = draw.shadows.back_end;
       });
-  row.help = list_text("by ", row.names);
+  row.help = joined(row.names, "|");
   row.controls = {control_of({"Shadows", nullptr, {"automatic", "rays", "maps alone", "off"}},
                              choice<ShadowMethod>({{"auto", ShadowMethod::automatic},
                                                    {"ray", ShadowMethod::ray},

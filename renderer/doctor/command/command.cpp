@@ -79,7 +79,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   OptionGroup group(app);
   group.add_flag("--json", options.json, "print JSON, with an id for each check");
   group.add("--report", options.report, "FILE",
-            "also write FILE for an issue; names, home folders and IP addresses are replaced");
+            "also write FILE for an issue, without names, home folders and IPs");
   group.add_flag("--bench", options.bench, "print frame times of each device as a Markdown table instead");
   group.add_repeatable("--listen", options.addresses.listen, "URI",
                        "check that this port is free; repeatable");

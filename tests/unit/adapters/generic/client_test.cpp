@@ -392,7 +392,7 @@ TEST_P(ClientOver, TellsOfAnotherMajorVersion) {
     return poll(stream.get()).welcome == 1;
   }));
   EXPECT_STREQ(poll(stream.get()).welcome_message,
-               "the renderer speaks protocol 2.1, this library 1.8: use versions with the same major number");
+               "the renderer speaks protocol 2.1, this library 1.9: use versions with the same major number");
 }
 
 }  // namespace

@@ -331,9 +331,7 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
       ->check(in_range(1, 100'000));
   group.add("--to", options.to, "URI", "request the images from a fire3dv --lockstep at this URI");
   group.add("--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
-  group
-      .add("--worlds", options.worlds, "N",
-           "copies of the scene, published with random poses in each round; camera i shows world i modulo N")
+  group.add("--worlds", options.worlds, "N", "copies with random poses; camera i shows copy i modulo N")
       ->check(in_range(1, 65'535));
   group.add_flag("--resident", options.resident, "leave the images on the device");
   group.add_flag("--passes", options.passes, "print the GPU time of each pass, which slows the passes");
