@@ -162,7 +162,7 @@ CASES = {
     "preface_then_random_tcp": beside_a_good_stream(preface_then_random_tcp),
     "random_udp": beside_a_good_stream(random_udp),
     "garbage_segment": beside_a_good_stream(garbage_segment),
-    "wrong_version": rude("wrong_version", ["status=1 ", "major=1 ", "epoch=1234", "1.8", "2.8", "update"],
+    "wrong_version": rude("wrong_version", ["status=1 ", "major=1 ", "epoch=1234", "1.9", "2.9", "update"],
                           "rude_client was refused: this renderer speaks protocol 1.9, the adapter 2.9"),
     "nan_description": rude("nan_description", ["status=2 ", "world_from_stream"], r"dropped a message from \S+ peer \d+: .*world_from_stream"),
     "not_a_message": rude("not_a_message", ["status=2 "], r"dropped a message from \S+ peer \d+: "),
