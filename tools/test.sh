@@ -118,6 +118,24 @@ unsteady=$(for each in "${logs[@]}"; do
     awk '$1 == 1 { printf " %s", $2 }'
 done)
 [ -z "$unsteady" ] || say "unsteady, failed at the first try:$unsteady"
+# What a test said that failed twice, once more: it lies far above in the output.
+for each in "${logs[@]}"; do
+  [ ! -f "$each" ] || awk '
+    / Test +#[0-9]+: / {
+      name = ""
+      for (i = 1; i < NF; ++i) if ($i ~ /^#[0-9]+:$/ && /\*\*\*/) name = $(i + 1)
+      if (name != "") { ++failures[name]; length_of[name] = 0 }
+      next
+    }
+    /^ +Start +[0-9]+: / { next }
+    name != "" { text[name, ++length_of[name]] = $0 }
+    END {
+      for (name in failures) if (failures[name] > 1) {
+        print "\n== " name " failed twice; the end of what it said:"
+        for (i = length_of[name] > 40 ? length_of[name] - 39 : 1; i <= length_of[name]; ++i) print text[name, i]
+      }
+    }' "$each"
+done
 # Tests that did not run come first, so that the output ends with the counts.
 for each in "${summaries[@]}"; do
   [ ! -f "$each" ] || awk '/^The following tests did not run:/ { rest = 1 } rest' "$each"
