@@ -61,7 +61,7 @@ ALLOWED = {
                            "renderer/settings renderer/passes",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                                "renderer/capture renderer/app " + ROOMS,
-    "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/passes/view renderer/passes/outputs renderer/sinks renderer/camera renderer/app "
+    "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/settings renderer/passes/view renderer/passes/outputs renderer/sinks renderer/camera renderer/app "
                                "renderer/offline",
     "renderer/doctor": BASE + " protocol/transport renderer/gpu renderer/scene renderer/state renderer/settings renderer/passes renderer/loading",
     "convert": BASE + " renderer/scene",

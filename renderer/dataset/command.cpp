@@ -1,16 +1,22 @@
 #include "renderer/dataset/command.h"
 
+#include <algorithm>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/digest.h"
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "renderer/dataset/dataset_format.h"
 #include "renderer/dataset/labels/keypoints.h"
 #include "renderer/dataset/labels/objects.h"
+#include "renderer/dataset/randomize/randomizer.h"
 #include "renderer/offline/image_set.h"
 #include "renderer/passes/outputs/silhouettes.h"
 
@@ -19,8 +25,9 @@ namespace {
 
 class LabelledImages final : public offline::ImageSet {
  public:
-  LabelledImages(const DatasetOptions& options, std::unique_ptr<Layout> layout)
-      : options_(options), layout_(std::move(layout)) {
+  // plan: borrowed; null: nothing is randomised.
+  LabelledImages(const DatasetOptions& options, std::unique_ptr<Layout> layout, const Plan* plan)
+      : options_(options), plan_(plan), layout_(std::move(layout)) {
     outputs_ = layout_->further_outputs();
     for (const auto output : {wire::kColorSrgb8, wire::kDepthF32, wire::kInstanceU32}) outputs_.add(output);
   }
@@ -28,6 +35,7 @@ class LabelledImages final : public offline::ImageSet {
   wire::ImageOutputs outputs() const override { return outputs_; }
   const std::vector<std::string>& cameras() const override { return options_.cameras; }
   uint32_t flow_frames() const override { return options_.flow_frames; }
+  offline::ImageChanges* changes() override { return randomizer_ ? &*randomizer_ : nullptr; }
   std::optional<size_t> other_of_pair(size_t camera) const override {
     return options_.is_stereo ? std::optional(camera ^ 1) : std::nullopt;
   }
@@ -38,7 +46,11 @@ class LabelledImages final : public offline::ImageSet {
                  const state::PoseState& poses) override;
 
  private:
+  Result<void> randomize(const scene::Scene& scene, Description& description, Settings& settings);
+
   const DatasetOptions& options_;
+  const Plan* const plan_;
+  std::optional<Randomizer> randomizer_;
   std::unique_ptr<Layout> layout_;
   wire::ImageOutputs outputs_;
   std::shared_ptr<DatasetFormat> format_;
@@ -73,6 +85,30 @@ void warn_of_missing_labels(const scene::Scene& scene, float label_alpha, Descri
                                  "--label-alpha: " + list_names(names));
 }
 
+// Names that nothing has are errors where no stream and no overlay file can add an object.
+Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& description,
+                                       Settings& settings) {
+  if (!plan_) return {};
+  const bool is_whole = options_.run.recording.empty() && options_.run.drawing.overlay.empty();
+  for (const auto& [text, is_pattern] : Randomizer::unmatched(*plan_, scene, description.cameras)) {
+    if (is_whole && !is_pattern) return Error{text};
+    log_message(warning(text + (is_whole ? "" : " in the file of the scene")));
+  }
+  if (options_.is_stereo && !plan_->of(Section::cameras).empty())
+    return Error{plan_->file + ": cameras of --stereo-pairs keep their places: remove the section cameras"};
+  std::string_view left = plan_->text;
+  while (!left.empty()) {
+    const size_t end = std::min(left.find('\n'), left.size());
+    description.randomization.emplace_back(left.substr(0, end));
+    left.remove_prefix(std::min(end + 1, left.size()));
+  }
+  description.seed = plan_->seed;
+  settings.emplace_back("randomization", hex(digest_of(std::as_bytes(std::span(plan_->text)))).substr(0, 32));
+  settings.emplace_back("seed", std::to_string(plan_->seed));
+  randomizer_.emplace(*plan_, description.cameras);
+  return {};
+}
+
 Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const scene::Scene& scene,
                                                                           Settings& settings) {
   Description description;
@@ -100,6 +136,7 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
       options_.has_depth_scale && !(depth && depth->unit_mm == description.depth_unit_mm))
     log_message(warning("--depth-scale has no effect: the format " + options_.format +
                         " has no depth images with a scale"));
+  if (auto drawn = randomize(scene, description, settings); !drawn) return drawn.error();
   warn_of_missing_labels(scene, options_.run.drawing.draw.label_alpha, description);
   auto written = as_written(description);
   if (!written) return written.error();
@@ -158,6 +195,10 @@ void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& cam
                          " have no disparity at image " + std::to_string(image) + ": " +
                          baseline_m.error().message + "; a pair has equal cameras, displaced along x";
   }
+  if (randomizer_) {
+    now.drawn = randomizer_->drawn();
+    now.noise = randomizer_->noise();
+  }
   for (const Instance& instance : description.instances)
     now.world_from_instance.emplace_back(poses.world_from_node(instance.number - 1));
   for (const Keypoint& point : description.keypoints)
@@ -168,7 +209,14 @@ void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& cam
 }  // namespace
 
 int run(const DatasetOptions& options) {
-  LabelledImages images(options, make_layout(options.format));
+  std::optional<Plan> plan;
+  if (!options.randomize.empty()) {
+    auto read = read_plan(options.randomize);
+    if (!read) return report_failure(read.error());
+    plan = std::move(*read);
+    plan->seed = options.seed;
+  }
+  LabelledImages images(options, make_layout(options.format), plan ? &*plan : nullptr);
   return offline::render(options.run, &images);
 }
 

@@ -104,14 +104,20 @@ void DatasetFormat::add_poses(uint64_t image, ImagePoses poses) {
   poses_.insert_or_assign(image, std::move(poses));
 }
 
-Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& image) {
+Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& drawn) {
   ImagePoses poses;
   {
     const std::lock_guard lock(mutex_);
-    auto taken = poses_.extract(image.frame_index);
+    auto taken = poses_.extract(drawn.frame_index);
     FIRE3DV_ASSERT(!taken.empty());
     poses = std::move(taken.mapped());
   }
+  std::optional<sinks::FrameImage> noisy;
+  if (poses.noise > 0) {
+    noisy = drawn;
+    add_noise(noisy->rgba8, poses.noise, description_.seed, drawn.frame_index);
+  }
+  const sinks::FrameImage& image = noisy ? *noisy : drawn;
   const auto depth = layout_->depth16(description_);
   const ImageLabels labels = find_labels(image, std::move(poses), description_,
                                          depth ? std::optional(depth->unit_mm) : std::nullopt);

@@ -17,9 +17,10 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr const char* kCommand = "dataset";
-constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rate",       "--start",
-                                "--end",         "--clock", "--object",   "--keypoints",  "--license",
-                                "--depth-scale", "--shard", "--tar-size", "--flow-frames"};
+constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rate",        "--start",
+                                "--end",         "--clock", "--object",   "--keypoints",   "--license",
+                                "--depth-scale", "--shard", "--tar-size", "--flow-frames", "--randomize",
+                                "--seed",        "--images"};
 constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
 constexpr uint32_t kMaxFlowFrames = 1000;
 
@@ -85,6 +86,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   set_program_flags(app);
   std::string rate, shard;
   std::optional<uint32_t> flow_frames;
+  std::optional<uint64_t> seed;
   OptionGroup group(app);
   group.add_choice("--format", options.format, kFormats, "layout of the files");
   group.add("--out", options.run.out, "DIR", "folder of the data set; an interrupted run continues");
@@ -103,6 +105,9 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
             "optical flow to images N frames later and earlier (c3vd: 1, folder: 0)");
   group.add_flag("--stereo-pairs", options.is_stereo,
                  "cameras are left and right in turn: write disparity (folder)");
+  group.add("--randomize", options.randomize, "FILE.yaml", "draw parameters of each image from ranges");
+  group.add("--seed", seed, "N", "seed of --randomize (default 0)");
+  group.add("--images", options.run.images, "N", "randomised images of each camera, of a scene at rest");
   group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   try {
@@ -162,6 +167,16 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return refuse("--stereo-pairs: name the cameras of each pair, as in --camera left --camera right");
   if (options.cameras.size() > offline::kMaxCameras)
     return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
+  if (options.randomize.empty() && seed) return refuse("--seed is for --randomize FILE.yaml");
+  options.seed = seed.value_or(0);
+  if (options.run.images) {
+    if (options.randomize.empty())
+      return refuse("--images is for --randomize FILE.yaml: all images of a scene at rest are the same");
+    if (!is_scene || !options.run.drawing.animate.empty())
+      return refuse("--images is for a scene at rest: choose times with --rate, --start and --end");
+    if (*options.run.images < 1 || *options.run.images > offline::kMaxFrames)
+      return refuse("--images must be from 1 to " + std::to_string(offline::kMaxFrames));
+  }
   if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))
     return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");
   options.has_depth_scale = names("--depth-scale");

@@ -19,11 +19,13 @@ struct DatasetOptions {
   std::filesystem::path keypoints;   // side file; empty: none
   std::string license;
   double depth_unit_mm = 0.1;
-  bool is_stereo = false;        // cameras are pairs with disparity
-  uint32_t flow_frames = 0;      // flow to images so many frames later and earlier; 0: none
-  double tar_mb = 1000;          // most of an archive, in 10^6 bytes
-  bool has_depth_scale = false;  // the command line names the unit
-  std::string command;           // the command line, without what differs between shards
+  bool is_stereo = false;           // cameras are pairs with disparity
+  uint32_t flow_frames = 0;         // flow to images so many frames later and earlier; 0: none
+  double tar_mb = 1000;             // most of an archive, in 10^6 bytes
+  bool has_depth_scale = false;     // the command line names the unit
+  std::filesystem::path randomize;  // randomisation file; empty: none
+  uint64_t seed = 0;
+  std::string command;  // the command line, without what differs between shards
 };
 
 // Returns options or an exit code. argv[1] is the subcommand.

@@ -30,9 +30,10 @@ struct RenderOptions {
   std::optional<FrameRate> rate = FrameRate{};  // nullopt: each recorded frame
   double start_s = 0;                           // after the first frame of the recording
   std::optional<double> end_s;
-  std::string clock;          // stream whose simulator time is used; empty: the first one's
-  std::filesystem::path out;  // a video by its extension, else a folder
-  bool resume = false;        // videos: via a frame folder
+  std::optional<uint64_t> images;  // frames of a scene at rest; nullopt: one
+  std::string clock;               // stream whose simulator time is used; empty: the first one's
+  std::filesystem::path out;       // a video by its extension, else a folder
+  bool resume = false;             // videos: via a frame folder
   uint32_t shard = 1, shards = 1;
   VideoOptions video;
 };

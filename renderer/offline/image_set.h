@@ -12,6 +12,7 @@
 #include "protocol/wire/image_outputs.h"
 #include "renderer/camera/camera_rig.h"
 #include "renderer/offline/frame_format.h"
+#include "renderer/offline/image_changes.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -33,6 +34,8 @@ class ImageSet {
   virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene, Settings& settings) = 0;
   // Checks a camera, by its index, with additions and edits of the overlay file. Before the first image.
   virtual Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const = 0;
+  // Changes from image to image. Null: there are none.
+  virtual ImageChanges* changes() { return nullptr; }
   // The other camera of a stereo pair. nullopt: there is none.
   virtual std::optional<size_t> other_of_pair(size_t) const { return {}; }
   // Poses of an image that is drawn now, before its pixels are ready. other: of the stereo pair, or null. On

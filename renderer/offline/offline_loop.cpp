@@ -69,7 +69,12 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
 }
 
 OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
-    : parts_(parts), times_(times), frames_(parts.device), captures_(parts.device) {
+    : parts_(parts),
+      times_(times),
+      frames_(parts.device),
+      captures_(parts.device),
+      changes_(parts.set ? parts.set->changes() : nullptr),
+      unchanged_settings_(parts.renderer.settings().draw()) {
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
   for (const app::CameraRig& camera : parts_.cameras) (void)camera.view(parts_.poses, aspect_of(extent));
@@ -91,7 +96,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
   for (; image < std::max(last, end) && !should_stop(); ++image) {
     const bool wanted = is_of_part(image);
     if (flow_ ? !flow_->is_needed(image, is_of_part) : !wanted) continue;
-    advance(image / parts_.cameras.size());
+    if (auto advanced = advance(image / parts_.cameras.size()); !advanced) return advanced.error();
     const auto drawn = draw(image, wanted, should_stop);
     if (!drawn) return drawn.error();
     if (!*drawn) break;
@@ -104,7 +109,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
 }
 
 // Waits until all scene changes of the moment are loaded, so that the image is deterministic.
-void OfflineLoop::advance(uint64_t frame) {
+Result<void> OfflineLoop::advance(uint64_t frame) {
   const int64_t line_ns = times_.at_ns(frame);
   if (parts_.streams) parts_.streams->advance(line_ns);
   parts_.scene.follow();
@@ -120,11 +125,38 @@ void OfflineLoop::advance(uint64_t frame) {
   posed_scene_ = parts_.scene.replaced();
   if (parts_.robot && is_new_scene) parts_.robot->set_scene(parts_.scene.scene(), parts_.poses.names());
   const bool is_at_rest = parts_.scene.user_edits().transforms.empty() && !parts_.robot;
+  const auto animated = [&] {
+    return (*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9);
+  };
+  if (changes_)
+    return change(frame, is_new_scene,
+                  parts_.animations ? animated() : state::rest_pose(parts_.scene.scene()));
   if (parts_.animations) {
-    pose((*parts_.animations)->at(static_cast<double>(parts_.poses.sim_time_ns().value_or(line_ns)) * 1e-9));
+    pose(animated());
   } else if (is_new_scene && !is_at_rest) {
     pose(state::rest_pose(parts_.scene.scene()));
   }
+  return {};
+}
+
+// Each frame starts from the unchanged edits and settings: changes of earlier ones leave no trace.
+Result<void> OfflineLoop::change(uint64_t frame, bool is_new_scene, const state::RestPose& rest) {
+  if (is_new_scene) {
+    unchanged_edits_ = parts_.scene.user_edits();
+    if (auto good = changes_->set_scene(parts_.scene.scene(), unchanged_settings_); !good) return good;
+  }
+  state::UserEdits edits = unchanged_edits_;
+  settings::DrawSettings settings = unchanged_settings_;
+  changes_->change_frame(frame, edits, settings);
+  parts_.renderer.apply(settings);
+  parts_.scene.set_user_edits(edits);
+  parts_.scene.follow();
+  pose(rest);
+  if (changes_->add_transforms(parts_.poses, edits.transforms)) {
+    parts_.scene.set_user_edits(edits);
+    pose(rest);
+  }
+  return {};
 }
 
 // With the joint positions and transforms of --overlay, in the order of live runs.
@@ -148,12 +180,25 @@ passes::FrameRequest OfflineLoop::request_of(uint64_t image, bool is_wanted) con
   return request;
 }
 
+app::CameraRig::Placed OfflineLoop::place(uint64_t image, size_t camera) const {
+  auto placed = parts_.cameras[camera].placed(parts_.poses, aspect_of(parts_.renderer.extent()));
+  if (changes_) changes_->change_camera(image, parts_.poses, placed);
+  return placed;
+}
+
 Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
   parts_.scene.show_markers();
   const float aspect = aspect_of(extent);
-  const app::CameraRig& camera = parts_.cameras[image % parts_.cameras.size()];
-  const passes::View view = camera.view(parts_.poses, aspect);
+  const size_t number = image % parts_.cameras.size();
+  passes::View view = parts_.cameras[number].view(parts_.poses, aspect);
+  const app::CameraRig::Placed camera = place(image, number);
+  if (changes_) {
+    passes::View changed = passes::make_view(camera.camera, camera.world_from_camera, aspect);
+    changed.camera = view.camera;
+    changed.ground = view.ground;
+    view = changed;
+  }
   Progress progress("fire3dv",
                     (parts_.set ? "image " : "frame ") + std::to_string(image) + ": samples per pixel:");
   passes::PathHooks hooks{.should_stop = should_stop};
@@ -175,7 +220,7 @@ Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::functi
   parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view,
                          flow_ ? &history : nullptr);
   if (flow_) flow_->recorded(recorder, parts_.renderer, image, parts_.scene.replaced(), history, is_wanted);
-  if (is_wanted) capture(recorder, image, view, camera.placed(parts_.poses, aspect));
+  if (is_wanted) capture(recorder, image, view, camera);
   const uint64_t submitted = frames_.submit();
   captures_.submitted(submitted);
   if (flow_) flow_->submitted(submitted);

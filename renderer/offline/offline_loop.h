@@ -85,7 +85,8 @@ class OfflineLoop {
   uint64_t images() const { return images_; }
 
  private:
-  void advance(uint64_t frame);
+  Result<void> advance(uint64_t frame);
+  Result<void> change(uint64_t frame, bool is_new_scene, const state::RestPose& rest);
   void pose(state::RestPose rest);
   // Returns false if should_stop ended it.
   // is_wanted: else it is drawn for the flow of others.
@@ -93,6 +94,7 @@ class OfflineLoop {
   passes::FrameRequest request_of(uint64_t image, bool is_wanted) const;
   void capture(gpu::Recorder& recorder, uint64_t image, const passes::View& view,
                const app::CameraRig::Placed& camera);
+  app::CameraRig::Placed place(uint64_t image, size_t camera) const;
   Result<void> deliver();
 
   Parts parts_;
@@ -102,6 +104,9 @@ class OfflineLoop {
   std::optional<FlowImages> flow_;
   uint64_t images_ = 0;
   std::optional<uint64_t> posed_scene_;  // number of the scene that has its rest pose
+  ImageChanges* const changes_;          // null: none
+  state::UserEdits unchanged_edits_;
+  settings::DrawSettings unchanged_settings_;
 };
 
 }  // namespace fire3dv::offline

@@ -74,6 +74,11 @@ Result<Timeline> read_timeline(record::Playback& playback, const RenderOptions& 
 
 // timeline null: the scene at rest, or its animation from --start to --end.
 Result<FrameTimes> choose_times(const Timeline* no_timeline, const RenderOptions& options) {
+  if (!no_timeline && options.images) {
+    FrameTimes times;
+    times.frames = *options.images;
+    return times;
+  }
   if (!no_timeline) {
     const auto first_ns = static_cast<int64_t>(std::llround(options.start_s * 1e9));
     const auto last_ns = static_cast<int64_t>(std::llround(options.end_s.value_or(options.start_s) * 1e9));
@@ -98,9 +103,10 @@ Result<FrameTimes> choose_times(const Timeline* no_timeline, const RenderOptions
   return times;
 }
 
-std::string schedule_text(const FrameTimes& times, const Timeline* timeline) {
+std::string schedule_text(const FrameTimes& times, const Timeline* timeline, bool is_at_rest) {
   std::string text = counted(times.frames, "frame");
-  if (!timeline) return times.frames == 1 ? text + " of the scene" : text + " of the scene's animation";
+  if (!timeline)
+    return times.frames == 1 || is_at_rest ? text + " of the scene" : text + " of the scene's animation";
   if (!times.is_recorded) text += ", " + to_text(times.rate) + " a second";
   return text + " of \"" + wire::printable(timeline->guide()) + "\"'s time, from " + seconds(times.first_ns);
 }
@@ -300,7 +306,7 @@ Result<bool> Render::run() {
     return false;
   }
   const Part part = manifest->part();
-  log_message(schedule_text(*times, timeline) +
+  log_message(schedule_text(*times, timeline, options_.images.has_value()) +
               (set_ ? ", " + counted(manifest->cameras, "camera") : std::string()) +
               (options_.shards > 1
                    ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +

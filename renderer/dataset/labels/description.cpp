@@ -111,6 +111,13 @@ bool parse(const ordered_json& json, Description& out) {
     out.keypoints.push_back(point);
   }
   for (const auto& each : json["warnings"]) out.warnings.push_back(each.get<std::string>());
+  if (const auto lines = json.find("randomization"); lines != json.end()) {
+    if (!lines->is_array() || !size_at(json, "seed", out.seed)) return false;
+    for (const auto& line : *lines) {
+      if (!line.is_string()) return false;
+      out.randomization.push_back(line.get<std::string>());
+    }
+  }
   return true;
 }
 
@@ -166,6 +173,11 @@ std::string to_json(const Description& description) {
                                  {"instance", point.instance},
                                  {"node_from_point_m", point.node_from_point_m}});
   for (const std::string& warning : description.warnings) json["warnings"].push_back(text(warning));
+  if (!description.randomization.empty()) {
+    json["seed"] = description.seed;
+    json["randomization"] = ordered_json::array();
+    for (const std::string& line : description.randomization) json["randomization"].push_back(text(line));
+  }
   return json.dump(1) + "\n";
 }
 

@@ -53,7 +53,9 @@ struct Description {
   std::vector<Object> objects;
   std::vector<Instance> instances;  // ascending by number
   std::vector<Keypoint> keypoints;
-  std::vector<std::string> warnings;  // of the scene
+  std::vector<std::string> warnings;       // of the scene
+  std::vector<std::string> randomization;  // lines of the file; empty: nothing is randomised
+  uint64_t seed = 0;
 
   // Null: not labelled.
   const Instance* find_instance(uint32_t number) const;

@@ -225,6 +225,11 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
   line["cam_R_w2c"] = rotation;
   line["cam_t_w2c"] = translation_mm;
   if (labels.poses.baseline_m) line["baseline_m"] = *labels.poses.baseline_m;
+  if (!labels.poses.drawn.empty()) {
+    ordered_json& drawn = line["drawn"] = ordered_json::object();
+    for (const auto& [name, values] : labels.poses.drawn)
+      drawn[name] = values.size() == 1 ? ordered_json(values.front()) : ordered_json(values);
+  }
   line["brightness"] = std::round(labels.brightness * 100) / 100;
   if (labels.beyond_range_px) line["beyond_range_px"] = *labels.beyond_range_px;
   const uint64_t pixels = uint64_t{k.image_px.x} * k.image_px.y;

@@ -12,6 +12,7 @@
 
 #include "renderer/dataset/labels/description.h"
 #include "renderer/dataset/labels/rle.h"
+#include "renderer/dataset/randomize/distribution.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/sinks/frame.h"
 
@@ -24,6 +25,8 @@ struct ImagePoses {
   std::vector<glm::dmat4> world_from_instance;  // of the nodes of Description::instances
   std::vector<glm::dmat4> world_from_keypoint_node;
   std::optional<double> baseline_m;  // of a stereo pair: distance of the cameras, along their x axis
+  DrawnValues drawn;                 // parameters of the randomisation
+  double noise = 0;                  // to be added to the colours, see add_noise(); 0: none
   std::string stereo_fault;          // why the pair has no disparity; empty: it has
 };
 // Baseline of a rectified pair: equal intrinsics and axes, displaced along x alone. The error says what is

@@ -72,6 +72,17 @@ bool is_keypoint(const json& point) {
          (is_outside || has_numbers(point, "pixel", 2));
 }
 
+// Numbers, or short lists of them, by name.
+bool has_drawn(const json& line) {
+  const auto drawn = line.find("drawn");
+  if (drawn == line.end()) return true;
+  return drawn->is_object() && std::all_of(drawn->begin(), drawn->end(), [](const json& value) {
+           constexpr size_t kMaxParts = 4;
+           return is_number(value) || (value.is_array() && value.size() <= kMaxParts &&
+                                       std::all_of(value.begin(), value.end(), is_number));
+         });
+}
+
 template <typename IsElement>
 bool has_list(const json& object, const char* name, IsElement&& is_element) {
   const auto found = object.find(name);
@@ -83,7 +94,7 @@ bool has_list(const json& object, const char* name, IsElement&& is_element) {
 bool is_image_line(const json& line, const Description& description) {
   const uint64_t pixels = uint64_t{description.width} * description.height;
   return line.is_object() && has_numbers(line, "cam_K", 9) && has_numbers(line, "cam_R_w2c", 9) &&
-         has_numbers(line, "cam_t_w2c", 3) && has_number(line, "brightness") &&
+         has_numbers(line, "cam_t_w2c", 3) && has_number(line, "brightness") && has_drawn(line) &&
          (!line.contains("beyond_range_px") || has_count(line, "beyond_range_px", pixels)) &&
          has_list(line, "instances", [&](const json& label) { return is_instance(label, description); }) &&
          has_list(line, "keypoints", is_keypoint);

@@ -19,7 +19,8 @@ using nlohmann::json;
 constexpr size_t kMaxSheetImages = 24;
 constexpr uint32_t kThumbnailWidth = 320;
 constexpr uint32_t kJpegQuality = 85;
-constexpr size_t kMaxRows = 500;  // of a table
+constexpr size_t kMaxRows = 500;    // of a table
+constexpr size_t kMaxCharts = 200;  // of drawn parameters
 
 constexpr const char* kStyle = R"(
 body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:86rem;padding:0 1rem;color:#1c2733;background:#fff}
@@ -166,6 +167,7 @@ Result<std::string> make_figure(const std::filesystem::path& folder, const Descr
   return figure;
 }
 
+// The title is HTML.
 std::string make_chart(const Histogram& histogram) {
   constexpr int kRow = 18, kBar = 230, kLeft = 110, kRight = 60;
   const auto rows = static_cast<int>(histogram.counts.size());
@@ -282,7 +284,22 @@ Result<std::string> make_page(const std::filesystem::path& folder, const Descrip
   html += make_keypoint_table(statistics);
   html += "<h2>Distributions</h2>\n<div class=charts>\n";
   for (const Histogram& histogram : statistics.histograms) html += make_chart(histogram);
-  return html + "</div>\n</html>\n";
+  html += "</div>\n";
+  if (!statistics.drawn.empty()) {
+    html +=
+        "<h2>Drawn parameters</h2>\n<p>Images by the value of each parameter of the randomisation, seed " +
+        std::to_string(description.seed) + "</p>\n<div class=charts>\n";
+    const size_t charts = std::min(statistics.drawn.size(), kMaxCharts);
+    for (size_t i = 0; i < charts; ++i) {
+      Histogram histogram = statistics.drawn[i];
+      histogram.title = html_text(histogram.title);  // has names of the scene
+      html += make_chart(histogram);
+    }
+    html += "</div>\n";
+    if (statistics.drawn.size() > charts)
+      html += "<p>" + std::to_string(statistics.drawn.size() - charts) + " more: frames.jsonl</p>\n";
+  }
+  return html + "</html>\n";
 }
 
 }  // namespace fire3dv::dataset

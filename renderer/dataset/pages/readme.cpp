@@ -55,6 +55,12 @@ std::string make_readme(const Description& description, const Layout& layout, co
   text += std::string(alpha) +
           " (`--label-alpha`), and transmissive ones, count as\n"
           "  opaque in depth and labels. Others, lines and points are in the colours only.\n\n";
+  if (!description.randomization.empty()) {
+    text += "## Randomisation\n\nSeed " + std::to_string(description.seed) +
+            ". `drawn` of a line of `frames.jsonl` has the values of that image. The file:\n\n";
+    for (const std::string& line : description.randomization) text += code(line);
+    text += "\n";
+  }
   text += "## Files\n\n" + layout.conventions(description) + "\n";
   text += "## Objects\n\n| obj_id | name | diameter, mm | labels | distance, m |\n|---|---|---|---|---|\n";
   for (const Object& object : description.objects) {

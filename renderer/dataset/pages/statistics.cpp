@@ -1,6 +1,7 @@
 #include "renderer/dataset/pages/statistics.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -43,6 +44,44 @@ class Counter {
   Histogram histogram_;
 };
 
+// Values of the parts of one drawn parameter.
+using DrawnParameters = std::map<std::string, std::vector<double>>;
+
+void add_drawn(const json& line, DrawnParameters& parameters) {
+  const auto drawn = line.find("drawn");
+  if (drawn == line.end()) return;
+  for (const auto& [name, value] : drawn->items()) {
+    if (value.is_number()) parameters[name].push_back(value.get<double>());
+    for (size_t i = 0; value.is_array() && i < value.size(); ++i)
+      parameters[name + " [" + std::to_string(i) + "]"].push_back(value[i].get<double>());
+  }
+}
+
+// Ten ranges of equal width from the least to the largest value.
+Histogram histogram_of(const std::string& name, const std::vector<double>& values) {
+  constexpr int kRanges = 10;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double width = (*most - *least) / kRanges;
+  Histogram histogram;
+  histogram.title = name;
+  const auto text = [](double value) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.4g", value);
+    return std::string(number);
+  };
+  if (!(width > 0)) {
+    histogram.ranges = {text(*least)};
+    histogram.counts = {values.size()};
+    return histogram;
+  }
+  histogram.counts.resize(kRanges);
+  for (int i = 0; i < kRanges; ++i)
+    histogram.ranges.push_back(text(*least + i * width) + " - " + text(*least + (i + 1) * width));
+  for (const double value : values)
+    ++histogram.counts[std::min<size_t>(kRanges - 1, static_cast<size_t>((value - *least) / width))];
+  return histogram;
+}
+
 }  // namespace
 
 Statistics count(const Description& description, const Layout& layout, const offline::FrameLines& lines) {
@@ -55,9 +94,11 @@ Statistics count(const Description& description, const Layout& layout, const off
   Counter brightness("Mean colour of an image", "of 255", {25, 50, 75, 100, 125, 150, 175, 200, 225});
   uint64_t dark = 0, bright = 0, beyond_range = 0;
   std::set<uint32_t> seen, rescaled;
+  DrawnParameters drawn;
   for (const auto& [image, text] : lines) {
     const json line = json::parse(text, nullptr, false);
     if (!line.is_object()) continue;
+    add_drawn(line, drawn);
     const double mean = line.value("brightness", 0.0);
     brightness.add(mean);
     dark += mean < kDark;
@@ -96,6 +137,7 @@ Statistics count(const Description& description, const Layout& layout, const off
   if (statistics.has_silhouettes) statistics.histograms.push_back(visibility.histogram());
   for (const Counter* counter : {&sizes, &distances, &brightness})
     statistics.histograms.push_back(counter->histogram());
+  for (const auto& [name, values] : drawn) statistics.drawn.push_back(histogram_of(name, values));
 
   const auto warn = [&](uint64_t images, const std::string& what) {
     if (images != 0) statistics.warnings.push_back(counted(images, "image") + what);

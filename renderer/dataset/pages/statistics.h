@@ -32,6 +32,7 @@ struct Statistics {
   std::map<uint32_t, ObjectCounts> objects;                  // by Object::id
   std::map<std::string, std::array<uint64_t, 3>> keypoints;  // visible, hidden, outside
   std::vector<Histogram> histograms;
+  std::vector<Histogram> drawn;       // of randomised parameters
   std::vector<std::string> warnings;  // also those of the scene
 };
 

@@ -1,0 +1,59 @@
+// Randomisation file of a data set (YAML): which parameters are drawn, from which distributions. The format
+// is docs/randomization.md's. Files are untrusted: unknown fields are refused by name, numbers have limits.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/error.h"
+#include "renderer/dataset/randomize/distribution.h"
+
+namespace fire3dv::dataset {
+
+enum class Section : uint8_t { cameras, nodes, materials, lights, environment, background };
+constexpr size_t kSections = 6;
+
+struct Field {
+  Distribution number;
+  VectorDistribution vector;
+  std::string node;  // of look_at: name or path; empty: the vector
+};
+
+// Fields of the objects whose name matches the pattern.
+struct Entry {
+  std::string pattern;  // * stands for any characters; empty: of a section without objects
+  int line = 0;
+  std::map<std::string, Field, std::less<>> fields;
+
+  const Field* find(std::string_view name) const {
+    const auto found = fields.find(name);
+    return found == fields.end() ? nullptr : &found->second;
+  }
+};
+
+struct Plan {
+  std::string file;  // for messages
+  std::string text;
+  uint64_t seed = 0;
+  std::array<std::vector<Entry>, kSections> entries;
+
+  const std::vector<Entry>& of(Section section) const { return entries[static_cast<size_t>(section)]; }
+};
+
+constexpr size_t kMaxPlanBytes = 64 << 10;
+
+// Errors name file, line and field.
+Result<Plan> parse_plan(const std::string& text, const std::string& file);
+Result<Plan> read_plan(const std::filesystem::path& file);
+
+const char* name_of(Section section);
+// True if the text matches the pattern.
+bool matches(std::string_view pattern, std::string_view text);
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,336 @@
+#include "renderer/dataset/randomize/randomizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+
+#include "base/log.h"
+#include "base/text.h"
+#include "renderer/passes/view/view.h"
+#include "renderer/state/edits/node_transform.h"
+
+namespace fire3dv::dataset {
+namespace {
+
+constexpr size_t kMaxParameters = 10'000;  // of an image
+
+glm::dmat3 turn_of(const glm::dvec3& degrees) {
+  const glm::dvec3 angle = glm::radians(degrees);
+  const glm::dmat4 one(1);
+  return glm::dmat3(glm::rotate(one, angle.z, {0, 0, 1}) * glm::rotate(one, angle.y, {0, 1, 0}) *
+                    glm::rotate(one, angle.x, {1, 0, 0}));
+}
+
+// Direction from the target to the eye: azimuth from +Z towards +X, elevation above the horizon.
+glm::dvec3 direction_of(double azimuth_deg, double elevation_deg) {
+  const double azimuth = glm::radians(azimuth_deg), elevation = glm::radians(elevation_deg);
+  return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+          std::cos(azimuth) * std::cos(elevation)};
+}
+
+std::vector<std::string> names_of(const std::vector<scene::Node>& nodes) {
+  std::vector<std::string> names;
+  for (const scene::Node& node : nodes) names.push_back(node.name);
+  return names;
+}
+std::vector<std::string> paths_of(const std::vector<scene::Node>& nodes) {
+  std::vector<std::string> paths;
+  for (const scene::Node& node : nodes) paths.push_back(node.path);
+  return paths;
+}
+// The first one, glTF's default material, has no name.
+std::vector<std::string> names_of(const std::vector<scene::Material>& materials) {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < materials.size(); ++i)
+    names.push_back(materials[i].name.empty() ? "#" + std::to_string(i) : materials[i].name);
+  return names;
+}
+
+}  // namespace
+
+class Randomizer::Draws {
+ public:
+  Draws(const Plan& plan, uint64_t frame, std::string prefix, const Entry& fields, DrawnValues& record)
+      : plan_(plan), frame_(frame), prefix_(std::move(prefix)), fields_(fields), record_(record) {}
+
+  std::optional<double> number(const char* name) {
+    const Field* const field = fields_.find(name);
+    if (!field) return {};
+    const double value = draw_of(name).number(field->number);
+    return record(name, {value}), value;
+  }
+  std::optional<bool> chance(const char* name) {
+    const Field* const field = fields_.find(name);
+    if (!field) return {};
+    const bool value = draw_of(name).unit() < field->number.low;
+    return record(name, {value ? 1.0 : 0.0}), value;
+  }
+  std::optional<glm::dvec3> vector(const char* name) {
+    const Field* const field = fields_.find(name);
+    if (!field) return {};
+    const glm::dvec3 value = draw_of(name).vector(field->vector);
+    return record(name, {value.x, value.y, value.z}), value;
+  }
+  std::optional<glm::dquat> rotation(const char* name) {
+    if (!fields_.find(name)) return {};
+    const glm::dquat value = draw_of(name).rotation();
+    return record(name, {value.x, value.y, value.z, value.w}), value;
+  }
+
+ private:
+  ParameterDraw draw_of(const char* name) const { return {plan_.seed, frame_, prefix_ + name}; }
+  void record(const char* name, std::vector<double> values) {
+    record_.emplace_back(prefix_ + name, std::move(values));
+  }
+
+  const Plan& plan_;
+  uint64_t frame_;
+  std::string prefix_;
+  const Entry& fields_;
+  DrawnValues& record_;
+};
+
+std::vector<Randomizer::Object> Randomizer::match(const Plan& plan, Section section,
+                                                  const std::vector<std::string>& names,
+                                                  const std::vector<std::string>& paths) {
+  std::vector<Object> objects;
+  std::map<std::string, uint32_t> titles;
+  for (uint32_t i = 0; i < names.size(); ++i) {
+    const std::string& path = i < paths.size() ? paths[i] : names[i];
+    Object object;
+    object.index = i;
+    for (const Entry& entry : plan.of(section)) {
+      if (!matches(entry.pattern, names[i]) && !matches(entry.pattern, path)) continue;
+      for (const auto& [name, field] : entry.fields) object.fields.fields[name] = field;
+    }
+    if (object.fields.fields.empty()) continue;
+    const std::string title = names[i].empty() ? path : names[i];
+    const uint32_t number = ++titles[title];
+    object.title = std::string(name_of(section)) + "." + printable_text(title, 300) +
+                   (number > 1 ? "#" + std::to_string(number) : "") + ".";
+    objects.push_back(std::move(object));
+  }
+  return objects;
+}
+
+Randomizer::Randomizer(const Plan& plan, const std::vector<std::string>& cameras)
+    : plan_(plan), cameras_(match(plan, Section::cameras, cameras, {})), camera_count_(cameras.size()) {}
+
+std::vector<Randomizer::Unmatched> Randomizer::unmatched(const Plan& plan, const scene::Scene& scene,
+                                                         const std::vector<std::string>& cameras) {
+  std::vector<Unmatched> found;
+  const auto check = [&](Section section, const char* what, auto&& has) {
+    for (const Entry& entry : plan.of(section)) {
+      if (!has(entry.pattern))
+        found.push_back({plan.file + ":" + std::to_string(entry.line) + ": " + name_of(section) + ": no " +
+                             what + " has the name " + quote(entry.pattern),
+                         entry.pattern.find('*') != std::string::npos});
+    }
+  };
+  const auto any = [](const std::vector<std::string>& names, const std::string& pattern) {
+    return std::any_of(names.begin(), names.end(), [&](const auto& name) { return matches(pattern, name); });
+  };
+  const std::vector<std::string> names = names_of(scene.nodes), paths = paths_of(scene.nodes);
+  check(Section::cameras, "camera of the set", [&](const std::string& p) { return any(cameras, p); });
+  check(Section::nodes, "node", [&](const std::string& p) { return any(names, p) || any(paths, p); });
+  check(Section::materials, "material",
+        [&](const std::string& p) { return any(names_of(scene.materials), p); });
+  check(Section::lights, "node with a light", [&](const std::string& p) {
+    return std::any_of(scene.nodes.begin(), scene.nodes.end(), [&](const scene::Node& node) {
+      return node.light != scene::kNone && (matches(p, node.name) || matches(p, node.path));
+    });
+  });
+  return found;
+}
+
+Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::DrawSettings& settings) {
+  scene_ = &scene;
+  names_.emplace(scene);
+  exposure_ = settings.post.exposure;
+  nodes_ = match(plan_, Section::nodes, names_of(scene.nodes), paths_of(scene.nodes));
+  materials_ = match(plan_, Section::materials, names_of(scene.materials), {});
+  lights_ = match(plan_, Section::lights, names_of(scene.nodes), paths_of(scene.nodes));
+  std::erase_if(lights_,
+                [&](const Object& object) { return scene.nodes[object.index].light == scene::kNone; });
+  size_t parameters = 0;
+  for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_}) {
+    for (const Object& object : *objects) {
+      parameters += object.fields.fields.size();
+      const Field* const target = object.fields.find("look_at");
+      if (target && !target->node.empty() && names_->find(target->node) == scene::kNone)
+        return Error{plan_.file + ": " + object.title + "look_at: the scene has no single node " +
+                     quote(target->node) + ": write its name or path, or [x, y, z]"};
+    }
+  }
+  if (parameters > kMaxParameters)
+    return Error{plan_.file + ": " + std::to_string(parameters) +
+                 " parameters of an image are drawn, more than " + std::to_string(kMaxParameters) +
+                 ": match fewer objects"};
+  return {};
+}
+
+void Randomizer::change_frame(uint64_t frame, state::UserEdits& edits, settings::DrawSettings& settings) {
+  frame_ = frame;
+  of_frame_.clear();
+  for (const Object& object : nodes_) change_node(object, edits);
+  for (const Object& object : materials_) change_material(object, edits);
+  for (const Object& object : lights_) change_light(object, edits);
+  change_settings(settings);
+}
+
+void Randomizer::change_node(const Object& object, state::UserEdits& edits) {
+  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  if (const auto visible = draws.chance("visible"); visible && !*visible) edits.hidden.insert(object.index);
+  const auto edited = edits.transforms.find(object.index);
+  const glm::dmat4 before(edited == edits.transforms.end() ? scene_->nodes[object.index].parent_from_node
+                                                           : state::parent_from_node(edited->second));
+  const auto position = draws.vector("position_m"), move = draws.vector("move_m"),
+             turn = draws.vector("turn_deg");
+  const auto rotation = draws.rotation("rotation");
+  const auto scale = draws.number("scale");
+  if (!position && !move && !turn && !rotation && !scale) return;
+  glm::dvec3 origin = position.value_or(glm::dvec3(before[3]));
+  if (move) origin += *move;
+  glm::dmat3 axes(before);
+  if (turn) axes = turn_of(*turn) * axes;
+  if (rotation) axes = glm::mat3_cast(*rotation) * axes;
+  if (scale) axes *= *scale;
+  glm::dmat4 after(axes);
+  after[3] = glm::dvec4(origin, 1);
+  edits.transforms[object.index] = state::to_transform(glm::mat4(after));
+}
+
+void Randomizer::change_material(const Object& object, state::UserEdits& edits) {
+  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  const auto edited = edits.materials.find(object.index);
+  scene::MaterialFactors factors =
+      edited == edits.materials.end() ? scene::factors_of(scene_->materials[object.index]) : edited->second;
+  if (const auto color = draws.vector("base_color"))
+    factors.base_color = glm::vec4(*color, factors.base_color.a);
+  if (const auto alpha = draws.number("alpha")) factors.base_color.a = static_cast<float>(*alpha);
+  if (const auto emissive = draws.vector("emissive")) factors.emissive = *emissive;
+  const auto set = [&](const char* name, float& factor) {
+    if (const auto value = draws.number(name)) factor = static_cast<float>(*value);
+  };
+  set("metallic", factors.metallic);
+  set("roughness", factors.roughness);
+  set("normal_scale", factors.normal_scale);
+  edits.materials[object.index] = factors;
+}
+
+void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
+  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  const auto edited = edits.lights.find(object.index);
+  scene::Light light =
+      edited == edits.lights.end() ? scene_->lights[scene_->nodes[object.index].light] : edited->second;
+  if (const auto intensity = draws.number("intensity")) light.intensity = static_cast<float>(*intensity);
+  if (const auto color = draws.vector("color")) light.color = *color;
+  if (const auto radius = draws.number("radius_m")) light.radius_m = static_cast<float>(*radius);
+  if (const auto on = draws.chance("on"); on && !*on) light.intensity = 0;
+  edits.lights[object.index] = light;
+}
+
+void Randomizer::change_settings(settings::DrawSettings& settings) {
+  for (const Entry& entry : plan_.of(Section::environment)) {
+    Draws draws(plan_, frame_, "environment.", entry, of_frame_);
+    if (const auto value = draws.number("intensity"))
+      settings.environment_intensity = static_cast<float>(*value);
+    if (const auto value = draws.number("rotation_deg"))
+      settings.environment_rotation_rad = static_cast<float>(glm::radians(*value));
+  }
+  for (const Entry& entry : plan_.of(Section::background)) {
+    Draws draws(plan_, frame_, "background.", entry, of_frame_);
+    if (const auto color = draws.vector("color")) {
+      settings.background = settings::Background();
+      settings.background.color = *color;
+    }
+  }
+}
+
+// The object's pose in the world after look_at, position_m and the shell.
+glm::dmat4 Randomizer::place(Draws& draws, const Entry& fields, const state::PoseState& poses,
+                             const glm::dmat4& world_from_object) const {
+  glm::dvec3 eye(world_from_object[3]);
+  if (const auto position = draws.vector("position_m")) eye = *position;
+  glm::dmat4 result = world_from_object;
+  if (const Field* const field = fields.find("look_at")) {
+    glm::dvec3 target(0);
+    if (field->node.empty())
+      target = *draws.vector("look_at");
+    else
+      target = glm::dvec3(poses.world_from_node(names_->find(field->node))[3]);
+    target += draws.vector("look_at_offset_m").value_or(glm::dvec3(0));
+    if (const auto distance = draws.number("distance_m")) {
+      const double azimuth = *draws.number("azimuth_deg"), elevation = *draws.number("elevation_deg");
+      eye = target + *distance * direction_of(azimuth, elevation);
+    }
+    // Of an eye in the target any direction is right.
+    if (glm::distance(eye, target) > 0)
+      result = glm::dmat4(passes::look_at_pose(glm::vec3(eye - target), glm::vec3(0)));
+  }
+  result[3] = glm::dvec4(eye, 1);
+  return result;
+}
+
+bool Randomizer::add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) {
+  warn_of_driven_nodes(poses);
+  bool has_any = false;
+  for (const Object& object : lights_) {
+    if (!object.fields.find("look_at") && !object.fields.find("position_m")) continue;
+    Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+    const uint32_t parent = scene_->nodes[object.index].parent;
+    const glm::dmat4 world_from_light =
+        place(draws, object.fields, poses, glm::dmat4(poses.world_from_node(object.index)));
+    const glm::dmat4 parent_from_world =
+        parent == scene::kNone ? glm::dmat4(1) : glm::inverse(glm::dmat4(poses.world_from_node(parent)));
+    transforms[object.index] = state::to_transform(glm::mat4(parent_from_world * world_from_light));
+    has_any = true;
+  }
+  return has_any;
+}
+
+void Randomizer::warn_of_driven_nodes(const state::PoseState& poses) {
+  for (const auto* objects : {&nodes_, &lights_}) {
+    for (const Object& object : *objects) {
+      const Entry& fields = object.fields;
+      const bool is_placed = fields.find("position_m") || fields.find("move_m") || fields.find("turn_deg") ||
+                             fields.find("rotation") || fields.find("scale") || fields.find("look_at");
+      if (!is_placed || !poses.age_of_driver(object.index) || !warned_.insert(object.title).second) continue;
+      log_message(warning(object.title + "*: its place has no effect: a recorded stream moves the node"));
+    }
+  }
+}
+
+void Randomizer::change_camera(uint64_t image, const state::PoseState& poses,
+                               app::CameraRig::Placed& camera) {
+  of_image_.clear();
+  noise_ = 0;
+  const auto found = std::find_if(cameras_.begin(), cameras_.end(), [&](const Object& object) {
+    return object.index == image % camera_count_;
+  });
+  if (found == cameras_.end()) return;
+  Draws draws(plan_, frame_, found->title, found->fields, of_image_);
+  glm::dmat4 pose = place(draws, found->fields, poses, glm::dmat4(camera.world_from_camera));
+  if (const auto move = draws.vector("move_m")) pose[3] += pose * glm::dvec4(*move, 0);
+  glm::dmat3 axes(pose);
+  if (const auto roll = draws.number("roll_deg")) axes = axes * turn_of({0, 0, *roll});
+  if (const auto turn = draws.vector("turn_deg")) axes = axes * turn_of(*turn);
+  for (int i = 0; i < 3; ++i) pose[i] = glm::dvec4(axes[i], 0);
+  camera.world_from_camera = glm::mat4(pose);
+  if (const auto fov = draws.number("fov_deg"))
+    camera.camera.vertical_fov_rad = static_cast<float>(glm::radians(*fov));
+  if (const auto stops = draws.number("exposure_ev")) {
+    const float before = camera.camera.exposure > 0 ? camera.camera.exposure : exposure_;
+    camera.camera.exposure = before * static_cast<float>(std::exp2(*stops));
+  }
+  noise_ = draws.number("noise").value_or(0);
+}
+
+DrawnValues Randomizer::drawn() const {
+  DrawnValues all = of_frame_;
+  all.insert(all.end(), of_image_.begin(), of_image_.end());
+  return all;
+}
+
+}  // namespace fire3dv::dataset

@@ -1,0 +1,224 @@
+#!/usr/bin/env python3
+"""End-to-end test of `fire3dv dataset --randomize`: draws against their definition, images against the draws, the same bytes in parts."""
+import os
+import shutil
+
+import numpy as np
+
+from dataset_runs import expect_same, join, lines_of, recording, run, scene_of, tree
+from harness import check, main
+from label_readers import pixels_of, read_color
+from label_scene import SIZE, sphere, write_bodies
+
+IMAGES, SEED = 6, 5
+FILE = """
+cameras:
+  front:
+    look_at: ball
+    look_at_offset_m: [[-4, 4], [-2, 2], 0]
+    distance_m: {log: [40, 90]}
+    azimuth_deg: [-60, 60]
+    elevation_deg: [-40, 70]
+    roll_deg: {normal: [0, 20]}
+    fov_deg: [20, 40]
+nodes:
+  ball: {move_m: [[-50, 50], [-20, 20], 0], rotation: uniform}
+materials:
+  ball: {base_color: {choice: [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1]]}, roughness: [0.2, 1]}
+environment: {intensity: [0.5, 1]}
+background: {color: [[0, 1], [0, 1], [0, 1]]}
+"""
+MASK = (1 << 64) - 1
+STEP = 0x9E3779B97F4A7C15
+
+
+def mix(value):
+    value = (value ^ value >> 30) * 0xBF58476D1CE4E5B9 & MASK
+    value = (value ^ value >> 27) * 0x94D049BB133111EB & MASK
+    return value ^ value >> 31
+
+
+def uniforms(seed, frame, name, count):
+    """Numbers in [0, 1) of a parameter, by docs/randomization.md."""
+    text = 0xCBF29CE484222325
+    for byte in name.encode():
+        text = (text ^ byte) * 0x100000001B3 & MASK
+    state = mix(mix(mix(seed + STEP & MASK) ^ (frame + STEP & MASK)) ^ text)
+    return [(mix(state + STEP * (i + 1) & MASK) >> 11) * 2.0 ** -53 for i in range(count)]
+
+
+def ball_scene(test):
+    path = os.path.join(test.folder, "ball.glb")
+    if not os.path.exists(path):
+        write_bodies(path, [("ball", sphere((0, 0, 0), 3.0), [0.8, 0.8, 0.8], 1, {"translation": [5, 6, 7]})])
+    return path
+
+
+def write(test, name, text):
+    path = os.path.join(test.folder, name)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
+def draw(test, out, *arguments, text=FILE, images=IMAGES, seed=SEED, **options):
+    plan = write(test, "randomize.yaml", text)
+    options.setdefault("inputs", [ball_scene(test)])
+    counted = ("--images", images) if images else ()
+    return run(test, out, "--randomize", plan, "--seed", seed, *counted, "--camera", "front", *arguments, **options)
+
+
+def whole(test):
+    folder = os.path.join(test.folder, "randomised")
+    if not os.path.exists(folder):
+        draw(test, folder, "--format", "folder")
+    return folder
+
+
+def srgb(linear):
+    linear = np.asarray(linear)
+    return 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def images_show_their_draws(test):
+    folder = whole(test)
+    lines = lines_of(folder)
+    check(len(lines) == IMAGES, f"{len(lines)} images")
+    for frame, line in enumerate(lines):
+        drawn = line["drawn"]
+        value = {name: drawn[f"cameras.front.{name}"] for name in ("distance_m", "azimuth_deg", "elevation_deg", "fov_deg", "look_at_offset_m")}
+        (u,) = uniforms(SEED, frame, "cameras.front.azimuth_deg", 1)
+        check(abs(value["azimuth_deg"] - (-60 + 120 * u)) < 1e-9, f"azimuth {value['azimuth_deg']}")
+        (u,) = uniforms(SEED, frame, "cameras.front.distance_m", 1)
+        check(abs(value["distance_m"] - 40 * (90 / 40) ** u) < 1e-9, f"distance {value['distance_m']}")
+        (u,) = uniforms(SEED, frame, "cameras.front.elevation_deg", 1)
+        low, high = np.sin(np.radians((-40, 70)))
+        check(abs(np.sin(np.radians(value["elevation_deg"])) - (low + (high - low) * u)) < 1e-9, "elevation")
+        moved = drawn["nodes.ball.move_m"]
+        wanted = [low + (high - low) * u for (low, high), u in zip(((-50, 50), (-20, 20)), uniforms(SEED, frame, "nodes.ball.move_m", 2))]
+        check(np.allclose(moved, [*wanted, 0], atol=1e-9), f"moved {moved}")
+
+        centre = np.add((5, 6, 7), moved)
+        azimuth, elevation = np.radians((value["azimuth_deg"], value["elevation_deg"]))
+        direction = np.array([np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)])
+        eye = centre + value["look_at_offset_m"] + value["distance_m"] * direction
+        k, rotation, translation = (np.array(line[name]) for name in ("cam_K", "cam_R_w2c", "cam_t_w2c"))
+        rotation, translation = rotation.reshape(3, 3), translation / 1000
+        check(np.allclose(-rotation.T @ translation, eye, atol=1e-3), f"image {frame}: the eye is {-rotation.T @ translation}, not {eye}")
+        focal = SIZE[1] / 2 / np.tan(np.radians(value["fov_deg"]) / 2)
+        check(abs(k[0] / focal - 1) < 1e-5 and abs(k[4] / focal - 1) < 1e-5, f"image {frame}: focal length {k[0]}, not {focal}")
+        # The target of look_at is in the middle, and the ball where its centre is projected to.
+        middle = pixels_of(k, (rotation @ (centre + value["look_at_offset_m"]) + translation)[None])[0]
+        check(np.abs(middle - (np.array(SIZE) - 1) / 2).max() < 1e-2, f"image {frame}: looks at {middle}")
+        at = os.path.join(folder, "00_front", f"{frame:06}.")
+        instances, color = np.load(at + "instance.npy"), read_color(at + "png")
+        v, u = np.nonzero(instances)
+        away = np.array([u.mean(), v.mean()]) - pixels_of(k, (rotation @ centre + translation)[None])[0]
+        check(len(u) > 30 and np.abs(away).max() < 0.6, f"image {frame}: the ball is {away} pixels away, {len(u)} pixels")
+        background = color[instances == 0]
+        off = np.abs(np.median(background, 0) - srgb(drawn["background.color"])).max()
+        check(off <= 1, f"image {frame}: the background is {off} off")
+        red = drawn["materials.ball.base_color"][0] > 0.5
+        mean = color[instances > 0].mean(0)
+        check((mean[0] > 2 * mean[1]) == red and (mean[1] > 2 * mean[0]) != red, f"image {frame}: colour {mean}")
+    for name in ("cameras.front.roll_deg", "materials.ball.roughness", "environment.intensity"):
+        check(len({line["drawn"][name] for line in lines}) == IMAGES, f"{name} is the same in several images")
+    with open(os.path.join(folder, "index.html"), encoding="utf-8") as file:
+        page = file.read()
+    check("Drawn parameters" in page and "cameras.front.distance_m" in page and "nodes.ball.rotation [3]" in page, "index.html")
+    with open(os.path.join(folder, "README.md"), encoding="utf-8") as file:
+        readme = file.read()
+    check("    look_at: ball" in readme and f"Seed {SEED}." in readme and "--randomize randomize.yaml --seed 5 --images 6" in readme, readme)
+
+
+def parts_are_the_whole(test):
+    folder = whole(test)
+    parts = [test.path(f"part{i}") for i in (1, 2)]
+    for i, part in enumerate(parts, 1):
+        draw(test, part, "--format", "folder", "--shard", f"{i}/2")
+    joined = test.path("joined")
+    join(test, *parts, "--out", joined)
+    expect_same(joined, folder, "joined shards")
+    out = test.path("continued")
+    shutil.copytree(folder, out)
+    path = os.path.join(out, "frames.jsonl")
+    with open(path, encoding="utf-8") as file:
+        kept = [line for number, line in enumerate(file) if number not in (0, 3)]
+    with open(path, "w", encoding="utf-8") as file:
+        file.writelines(kept)
+    draw(test, out, "--format", "folder")
+    expect_same(out, folder, "a continued run")
+    said = draw(test, out, "--format", "folder", seed=SEED + 1, code=1)
+    check("seed is 5 there and 6 here" in said, said)
+
+
+def colours_have_noise_and_exposure(test):
+    text = """
+cameras:
+  front: {exposure_ev: {choice: [-2, 0]}, noise: 4}
+background: {color: [0.2, 0.2, 0.2]}
+materials: {ball: {base_color: [0.5, 0.5, 0.5], roughness: 1}}
+"""
+    plain, noisy = test.path("plain"), test.path("noisy")
+    for out, used in ((plain, text.replace(", noise: 4", "")), (noisy, text)):
+        draw(test, out, "--format", "folder", text=used)
+    brightness = {}
+    for frame, (line, other) in enumerate(zip(lines_of(plain), lines_of(noisy))):
+        at = [os.path.join(folder, "00_front", f"{frame:06}.") for folder in (plain, noisy)]
+        ours, theirs = (read_color(path + "png").astype(float) for path in at)
+        instances = np.load(at[0] + "instance.npy")
+        difference = (theirs - ours)[instances == 0]
+        check(abs(difference.std() - 4) < 0.2 and abs(difference.mean()) < 0.2, f"noise: {difference.mean()}, {difference.std()}")
+        check((instances == np.load(at[1] + "instance.npy")).all(), "labels have no noise")
+        check(other["drawn"]["cameras.front.noise"] == 4, "the draw")
+        brightness.setdefault(line["drawn"]["cameras.front.exposure_ev"], set()).add(round(ours[instances > 0].mean(), 6))
+    check(all(len(each) == 1 for each in brightness.values()) and min(brightness[-2]) < 0.7 * min(brightness[0]), f"{brightness}")
+
+
+def recordings_keep_their_poses(test):
+    text = "nodes: {red: {move_m: [[5, 9], 0, 0]}, green: {visible: 0.5}}\nmaterials: {\"*\": {roughness: [0, 1]}}\n"
+    arguments = ("--format", "coco", "--rate", 20)
+    out, same, bare = test.path("recording"), test.path("again"), test.path("bare")
+    inputs = [recording(test), scene_of(test)]
+    said = draw(test, out, *arguments, text=text, images=None, inputs=inputs)
+    check("nodes.red.*: its place has no effect: a recorded stream moves the node" in said, said)
+    draw(test, same, *arguments, text=text, images=None, inputs=inputs)
+    expect_same(same, out, "another run")
+    run(test, bare, "--camera", "front", *arguments, inputs=inputs)
+    numbers = set()
+    for line, plain in zip(lines_of(out), lines_of(bare)):
+        poses = {each["instance"]: each["cam_t_m2c"] for each in plain["instances"]}
+        shown = {each["instance"] for each in line["instances"] if each["px_count_visib"]}
+        check(all(each["cam_t_m2c"] == poses[each["instance"]] for each in line["instances"] if each["instance"] in poses), "poses")
+        numbers.add((line["drawn"]["nodes.green.visible"], 2 in shown))
+    check((0, True) not in numbers and (1, True) in numbers and (0, False) in numbers, f"{numbers}")
+    check("drawn" not in lines_of(bare)[0] and b"randomization" not in tree(bare)["manifest.json"], "a set without randomisation")
+
+
+def the_example_runs(test):
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "examples", "randomize", "randomize.yaml")
+    with open(path, encoding="utf-8") as file:
+        said = draw(test, test.path("example"), "--format", "yolo", text=file.read(), images=2)
+    check("warning: " + os.path.join(test.folder, "randomize.yaml") not in said, said)
+    drawn = lines_of(test.path("example"))[1]["drawn"]
+    check({"lights.key light.intensity", "materials.ball.roughness", "cameras.front.exposure_ev"} < set(drawn), f"{drawn}")
+
+
+def bad_input(test):
+    for text, wanted in (("nodes: {ball: {size: 2}}", "randomize.yaml:1: nodes.ball.size: no such field of nodes"),
+                         ("\nnodes:\n  ball: {scale: [3, 2]}", "randomize.yaml:3: nodes.ball.scale: [3, 2] is no range"),
+                         ("nodes: {bal: {scale: 2}}", "nodes: no node has the name \"bal\""),
+                         ("cameras: {side: {look_at: ball}}", "cameras: no camera of the set has the name \"side\""),
+                         ("cameras: {front: {look_at: bal}}", "cameras.front.look_at: the scene has no single node \"bal\"")):
+        said = draw(test, test.path("bad"), "--format", "coco", text=text, code=1)
+        check(wanted in said, said)
+    for arguments, wanted in ((("--seed", 1), "--seed is for --randomize"), (("--images", 3), "--images is for --randomize")):
+        said = run(test, test.path("bad"), "--format", "coco", *arguments, inputs=[ball_scene(test)], code=2)
+        check(wanted in said, said)
+    said = draw(test, test.path("bad"), "--format", "coco", inputs=[recording(test), scene_of(test)], code=2)
+    check("--images is for a scene at rest" in said, said)
+
+
+if __name__ == "__main__":
+    main({"draws": images_show_their_draws, "parts": parts_are_the_whole, "noise": colours_have_noise_and_exposure,
+          "recording": recordings_keep_their_poses, "example": the_example_runs, "bad_input": bad_input}, ("fire3dv", "make"))
