@@ -80,14 +80,18 @@ def looking(eye, target):
     return np.column_stack([right, np.cross(back, right), back, eye])
 
 
-def write_png(path, color):
-    """color: (height, width, 3) uint8."""
+def png_file(color):
+    """Contents of a PNG file. color: (height, width, 3) uint8."""
     height, width, _ = color.shape
     rows = np.concatenate([np.zeros((height, 1), np.uint8), color.reshape(height, -1)], axis=1)  # filter type 0 (none)
                                                                                                  # per row
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b""))
+
+
+def write_png(path, color):
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
-                   chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b""))
+        file.write(png_file(color))

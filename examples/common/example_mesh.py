@@ -14,6 +14,8 @@ class Mesh:
         self.positions, self.normals, self.faces = (np.asarray(a) for a in (positions, normals, faces))
         color = np.asarray(color, float)
         self.colors = color if color.ndim == 2 else np.tile(color, (len(self.positions), 1))
+        #: Further attributes of vertices by glTF's name, such as TEXCOORD_0: (array, dtype, glTF type). moved and joined drop them.
+        self.attributes = {}
 
     def moved(self, translation=(0, 0, 0), rotation=np.eye(3)):
         rotation = np.asarray(rotation)
@@ -107,38 +109,59 @@ def box(size, color=WHITE):
 
 
 class Gltf:
-    """A binary glTF file in the making: root nodes with one mesh of one material each."""
+    """A binary glTF file in the making: root nodes, each with one mesh."""
+
+    _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+    _TYPES = {"<f4": 5126, "<u4": 5125, "<u2": 5123}
 
     def __init__(self):
         self.document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}], "nodes": [], "meshes": [],
                          "materials": [], "accessors": [], "bufferViews": [], "buffers": [{}]}
         self.binary = b""
 
-    def _accessor(self, array, dtype, kind):
-        data = np.ascontiguousarray(array, dtype).tobytes()
-        document = self.document
-        document["bufferViews"].append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)})
+    def _view(self, data):
+        self.document["bufferViews"].append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)})
+        self.binary += data + b"\0" * (-len(data) % 4)
+        return len(self.document["bufferViews"]) - 1
+
+    def accessor(self, array, dtype, kind):
+        """kind: glTF's type, such as VEC3. Returns its index."""
+        document, view = self.document, self._view(np.ascontiguousarray(array, dtype).tobytes())
         bounds = {"min": array.astype("<f4").min(0).tolist(), "max": array.astype("<f4").max(0).tolist()} if kind == "VEC3" else {}
-        document["accessors"].append({"bufferView": len(document["bufferViews"]) - 1, "type": kind,
-                                      "count": array.size // (3 if kind == "VEC3" else 1),
-                                      "componentType": 5126 if dtype == "<f4" else 5125, **bounds})
-        self.binary += data
+        document["accessors"].append({"bufferView": view, "type": kind, "count": array.size // self._COMPONENTS[kind],
+                                      "componentType": self._TYPES[dtype], **bounds})
         return len(document["accessors"]) - 1
+
+    def texture(self, png):
+        """png: contents of a file. Returns glTF's reference to the texture."""
+        for kind in ("images", "textures"):
+            self.document.setdefault(kind, [])
+        self.document["images"].append({"bufferView": self._view(png), "mimeType": "image/png"})
+        self.document["textures"].append({"source": len(self.document["images"]) - 1})
+        return {"index": len(self.document["textures"]) - 1}
 
     def material(self, roughness, metallic=0.0, clearcoat=0.0, **more):
         if clearcoat > 0:
             self.document["extensionsUsed"] = ["KHR_materials_clearcoat"]
             more["extensions"] = {"KHR_materials_clearcoat": {"clearcoatFactor": clearcoat, "clearcoatRoughnessFactor": 0.1}}
-        self.document["materials"].append({"pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": roughness}, **more})
+        textures = {name: more.pop(name) for name in ("baseColorTexture", "metallicRoughnessTexture") if name in more}
+        self.document["materials"].append({"pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": roughness, **textures}, **more})
         return len(self.document["materials"]) - 1
 
-    def node(self, name, mesh=None, material=None, semantic=None):
-        node = {"name": name, **({"extras": {"semantic": semantic}} if semantic else {})}
-        if mesh is not None:
-            self.document["meshes"].append({"primitives": [{"material": material, "indices": self._accessor(mesh.faces.ravel(), "<u4", "SCALAR"),
-                                                            "attributes": {"POSITION": self._accessor(mesh.positions, "<f4", "VEC3"),
-                                                                           "NORMAL": self._accessor(mesh.normals, "<f4", "VEC3"),
-                                                                           "COLOR_0": self._accessor(mesh.colors, "<f4", "VEC3")}}]})
+    def _primitive(self, mesh, material):
+        indices = self.accessor(mesh.faces.ravel(), "<u4", "SCALAR")
+        attributes = {"POSITION": self.accessor(mesh.positions, "<f4", "VEC3"), "NORMAL": self.accessor(mesh.normals, "<f4", "VEC3"),
+                      "COLOR_0": self.accessor(mesh.colors, "<f4", "VEC3"),
+                      **{name: self.accessor(*values) for name, values in mesh.attributes.items()}}
+        return {"material": material, "indices": indices, "attributes": attributes}
+
+    def node(self, name, mesh=None, material=None, semantic=None, **more):
+        """mesh: a Mesh of one material, or a list of (Mesh, material). more: further members of glTF's node."""
+        extras = {**({"semantic": semantic} if semantic else {}), **more.pop("extras", {})}
+        node = {"name": name, **({"extras": extras} if extras else {}), **more}
+        parts = [(mesh, material)] if isinstance(mesh, Mesh) else mesh
+        if parts:
+            self.document["meshes"].append({"primitives": [self._primitive(*part) for part in parts]})
             node["mesh"] = len(self.document["meshes"]) - 1
         self.document["scenes"][0]["nodes"].append(len(self.document["nodes"]))
         self.document["nodes"].append(node)
