@@ -36,8 +36,10 @@ ALLOWED = {
     "protocol/wire": BASE,
     "protocol/stream": WIRE,
     "protocol/transport": WIRE,
+    "protocol/frames": BASE,
     "protocol/robot": WIRE,
     "protocol/record": WIRE + " protocol/stream",
+    "protocol/import": WIRE + " protocol/frames protocol/robot protocol/record",
     "protocol/replay": WIRE + " protocol/stream protocol/record protocol/transport",
     "adapters/generic": WIRE + " protocol/robot protocol/transport",
     "adapters/ambf": WIRE + " adapters/generic",
@@ -45,7 +47,7 @@ ALLOWED = {
     "adapters/mujoco": WIRE + " adapters/generic renderer/scene renderer/sinks convert",
     # The world's scene as glTF.
     "adapters/gazebo": WIRE + " adapters/generic renderer/scene convert",
-    "adapters/ros2": WIRE + " adapters/generic",
+    "adapters/ros2": WIRE + " protocol/frames adapters/generic",
     "examples": "adapters/generic examples/common",
     "examples/common": "examples adapters/generic base/glb.h base/command_line.h",
     "shaders": "",
@@ -63,6 +65,8 @@ ALLOWED = {
                                "renderer/capture renderer/app " + ROOMS,
     "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/settings renderer/passes/view renderer/passes/outputs renderer/sinks renderer/camera renderer/app "
                                "renderer/offline",
+    "renderer/relabel": WIRE + " protocol/robot protocol/record protocol/import renderer/scene renderer/state renderer/app renderer/offline renderer/dataset "
+                               "renderer/loading",
     "renderer/doctor": BASE + " protocol/transport renderer/gpu renderer/scene renderer/state renderer/settings renderer/passes renderer/loading",
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,

@@ -21,8 +21,7 @@
 #include "adapters/ros2/robot/joint_scalars.h"
 #include "adapters/ros2/robot/robot_links.h"
 #include "adapters/ros2/tf/clock_watch.h"
-#include "adapters/ros2/tf/frame_buffer.h"
-#include "adapters/ros2/tf/frame_tree.h"
+#include "adapters/ros2/tf/frames.h"
 #include "adapters/ros2/tf/pose_sampler.h"
 
 namespace fire3dv::ros2 {

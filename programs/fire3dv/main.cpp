@@ -12,6 +12,7 @@
 #include "renderer/dataset/dataset_format.h"
 #include "renderer/doctor/command/command.h"
 #include "renderer/offline/commands.h"
+#include "renderer/relabel/command.h"
 
 namespace {
 
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
   const std::string_view command = argc > 1 ? argv[1] : "";
   if (command == "render") return run_with(offline::parse_render_options(argc, argv), offline::render, 1);
   if (command == "dataset") return run_with(dataset::parse_dataset_options(argc, argv), dataset::run, 1);
+  if (command == "relabel") return run_with(relabel::parse_relabel_options(argc, argv), relabel::run, 1);
   if (command == "join") return run_with(offline::parse_join_options(argc, argv), join, 1);
   if (command == "doctor") return run_with(doctor::parse_options(argc, argv), doctor::run, std::nullopt);
   if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));

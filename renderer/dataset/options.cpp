@@ -42,11 +42,18 @@ std::string without_folders(const std::string& word) {
   return path.filename().string();
 }
 
-// The same on all machines and for all parts: without shard, devices, caches and the folders of inputs, and
-// with a placeholder for the set's.
-std::string command_text(int argc, char** argv) {
-  constexpr std::array kTexts{"--format", "--camera", "--object", "--clock", "--license"};
-  std::string text = std::string("fire3dv ") + kCommand;
+std::string formats_text() {
+  std::string text = kFormats;
+  std::replace(text.begin(), text.end(), '|', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::string command_text(const char* command, int argc, char** argv) {
+  constexpr std::array kTexts{"--format",  "--camera", "--object", "--clock",
+                              "--license", "--up",     "--prefix", "--fixed-frame"};
+  std::string text = std::string("fire3dv ") + command;
   const std::vector<std::string> words =
       offline::without_machine_options(std::vector<std::string>(argv + 2, argv + argc));
   for (size_t i = 0; i < words.size(); ++i) {
@@ -66,14 +73,6 @@ std::string command_text(int argc, char** argv) {
   }
   return text + " --out DIR";
 }
-
-std::string formats_text() {
-  std::string text = kFormats;
-  std::replace(text.begin(), text.end(), '|', ' ');
-  return text;
-}
-
-}  // namespace
 
 std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   DatasetOptions options;
@@ -180,7 +179,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   if (!shard.empty() && !offline::parse_shard(shard, options.run.shard, options.run.shards))
     return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");
   options.has_depth_scale = names("--depth-scale");
-  options.command = command_text(argc, argv);
+  options.command = command_text(kCommand, argc, argv);
   return options;
 }
 

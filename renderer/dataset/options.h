@@ -28,6 +28,10 @@ struct DatasetOptions {
   std::string command;  // the command line, without what differs between shards
 };
 
+// Command line for the README of a set: the same on all machines and for all parts, without shard, devices,
+// caches and the folders of inputs, and with a placeholder for the set's.
+std::string command_text(const char* command, int argc, char** argv);
+
 // Returns options or an exit code. argv[1] is the subcommand.
 std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv);
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "adapters/ros2/images/camera_model.h"
-#include "adapters/ros2/tf/frame_buffer.h"
+#include "adapters/ros2/tf/frames.h"
 
 namespace fire3dv::ros2 {
 

@@ -20,7 +20,7 @@
 #include <tuple>
 
 #include "adapters/ros2/markers/message_markers.h"
-#include "adapters/ros2/tf/transform.h"
+#include "adapters/ros2/tf/frames.h"
 #include "base/error.h"
 #include "protocol/wire/limits.h"
 

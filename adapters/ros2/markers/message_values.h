@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "adapters/ros2/dds/topics.h"
-#include "adapters/ros2/tf/transform.h"
+#include "adapters/ros2/tf/frames.h"
 #include "base/error.h"
 
 namespace fire3dv::ros2 {

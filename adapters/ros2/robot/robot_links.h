@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "adapters/ros2/robot/joint_scalars.h"
-#include "adapters/ros2/tf/transform.h"
+#include "adapters/ros2/tf/frames.h"
 #include "base/error.h"
 
 namespace fire3dv::ros2 {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "adapters/ros2/tf/frame_buffer.h"
+#include "adapters/ros2/tf/frames.h"
 
 namespace fire3dv::ros2 {
 

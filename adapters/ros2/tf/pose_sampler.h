@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "adapters/ros2/tf/frame_buffer.h"
-#include "adapters/ros2/tf/frame_tree.h"
+#include "adapters/ros2/tf/frames.h"
 
 namespace fire3dv::ros2 {
 

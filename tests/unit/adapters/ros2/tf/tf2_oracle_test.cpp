@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "adapters/ros2/tf/frame_tree.h"
+#include "adapters/ros2/tf/frames.h"
 #include "tests/unit/adapters/ros2/tf/tf2_oracle.h"
 
 namespace fire3dv::ros2 {

@@ -1,6 +1,6 @@
-#include "adapters/ros2/tf/transform.h"
+#include "protocol/frames/transform.h"
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 
 // The largest component of the quaternion comes from the diagonal, so that the division is stable.
 Transform transform_of(const std::array<double, 12>& matrix) {
@@ -22,4 +22,4 @@ Transform transform_of(const std::array<double, 12>& matrix) {
   return t;
 }
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

@@ -1,4 +1,4 @@
-#include "adapters/ros2/tf/frame_buffer.h"
+#include "protocol/frames/frame_buffer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "base/text.h"
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 namespace {
 
 constexpr size_t kMaxConflicts = 64;
@@ -176,6 +176,16 @@ void FrameBuffer::prune(Frame& frame) const {
     samples.pop_front();
 }
 
+size_t FrameBuffer::forget_old() {
+  size_t left = 0;
+  for (Frame& frame : frames_) {
+    if (frame.is_root()) continue;
+    prune(frame);
+    left += frame.samples.size();
+  }
+  return left;
+}
+
 bool FrameBuffer::has_jumped_back(int64_t now_ns) {
   if (!has_gone_back_) return false;
   size_t alive = 0, back = 0;
@@ -240,4 +250,4 @@ std::vector<FrameConflict> FrameBuffer::take_conflicts() {
   return std::exchange(conflicts_, {});
 }
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

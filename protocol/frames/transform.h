@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 
 struct Transform {
   std::array<double, 3> translation{};
@@ -81,4 +81,4 @@ inline std::array<float, 12> matrix_of(const Transform& t) {
 // Inverse of matrix_of() in double precision, for a matrix without scale.
 Transform transform_of(const std::array<double, 12>& matrix);
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

@@ -1,8 +1,8 @@
-#include "adapters/ros2/tf/frame_tree.h"
+#include "protocol/frames/frame_tree.h"
 
 #include <algorithm>
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 
 FrameTree::Node& FrameTree::node(FrameId frame) {
   Node& node = nodes_[frame];
@@ -120,4 +120,4 @@ std::vector<FrameId> FrameTree::moving_frames(const std::vector<FrameId>& frames
   return moving;
 }
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

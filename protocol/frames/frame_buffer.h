@@ -16,9 +16,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "adapters/ros2/tf/transform.h"
+#include "protocol/frames/transform.h"
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 
 using FrameId = uint32_t;  // index into FrameBuffer::frames()
 constexpr FrameId kNoFrame = UINT32_MAX;
@@ -95,6 +95,9 @@ class FrameBuffer {
   void remove_source(SourceId source);
   // Transforms before this time are not asked for any more.
   void set_oldest_time(int64_t time_ns) { oldest_ns_ = time_ns; }
+  // Frees the transforms before that time of all frames; otherwise a frame frees its own with its next one.
+  // Returns the number of those that are left.
+  size_t forget_old();
 
   // The frame's transform at a time, as tf2 has it: none before the oldest and after the newest sample.
   static std::optional<FrameSample> at(const Frame& frame, int64_t time_ns);
@@ -121,4 +124,4 @@ class FrameBuffer {
   int64_t oldest_ns_ = INT64_MIN;
 };
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

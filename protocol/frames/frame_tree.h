@@ -6,9 +6,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "adapters/ros2/tf/frame_buffer.h"
+#include "protocol/frames/frame_buffer.h"
 
-namespace fire3dv::ros2 {
+namespace fire3dv::frames {
 
 // Solver of one tree after the other: begin(), then any number of frames. Memory is reused. Takes linear time
 // in the number of frames; loops between frames and long chains are no problem.
@@ -53,4 +53,4 @@ class FrameTree {
   std::vector<std::pair<FrameId, Transform>> path_;
 };
 
-}  // namespace fire3dv::ros2
+}  // namespace fire3dv::frames

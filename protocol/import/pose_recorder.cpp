@@ -1,0 +1,153 @@
+#include "protocol/import/pose_recorder.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <span>
+#include <utility>
+
+#include "base/text.h"
+#include "protocol/wire/encode.h"
+
+namespace fire3dv::imported {
+namespace {
+
+constexpr uint64_t kPeer = 1;
+constexpr uint64_t kEpoch = 1;                 // equal inputs give equal bytes
+constexpr int64_t kAheadNs = 1'000'000'000;    // a frame waits so long for transforms of later stamps
+constexpr int64_t kSilenceNs = 1'000'000'000;  // longer gaps are held, not interpolated
+constexpr uint64_t kMaxSamples = 1'000'000;    // that wait; bounds the memory of hostile files
+
+std::string seconds(int64_t time_ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9f s", static_cast<double>(time_ns - kTimeOffsetNs) * 1e-9);
+  return text;
+}
+
+wire::StreamDescription describe(const Plan& plan) {
+  wire::StreamDescription description;
+  description.adapter_name = "states";
+  description.epoch = kEpoch;
+  description.world_from_stream = plan.world_from_stream;
+  bool has_scale = false;
+  for (const SceneNode& node : plan.nodes) {
+    description.node_names.push_back(node.name);
+    description.body_from_node.push_back(node.body_from_node);
+    has_scale = has_scale || node.body_from_node != wire::Affine3x4{};
+  }
+  if (!has_scale) description.body_from_node.clear();
+  return description;
+}
+
+}  // namespace
+
+Result<PoseRecorder> PoseRecorder::open(const std::string& file, const Plan& plan,
+                                        std::unique_ptr<record::Sink> sink) {
+  PoseRecorder recorder(file, plan);
+  record::LogOptions options;
+  options.flush_ns = 0;
+  // std::function copies what it holds.
+  auto holder = std::make_shared<std::unique_ptr<record::Sink>>(std::move(sink));
+  recorder.log_ = std::make_unique<record::StreamLog>(
+      [holder](uint32_t) -> Result<std::unique_ptr<record::Sink>> { return std::move(*holder); },
+      [](record::Writer&, uint64_t) -> Result<void> { return {}; }, options);
+  // Before its first transform a frame has this one.
+  for (const SeenFrame& frame : plan.frames) {
+    TransformSample first = frame.first;
+    first.stamp_ns = std::min(first.stamp_ns, plan.first_ns);
+    (void)recorder.insert(first, frame.is_static);
+  }
+  recorder.newest_ns_ = plan.first_ns;
+  recorder.fixed_ = recorder.buffer_.find(plan.fixed_frame);
+  for (const std::string& name : plan.frame_of_node)
+    recorder.frame_of_node_.push_back(recorder.buffer_.find(name));
+  const wire::Affine3x4d& world_from_stream = plan.world_from_stream;
+  const frames::Transform stream_from_world = inverse(frames::transform_of(world_from_stream.m));
+  for (const SceneNode& node : plan.nodes)
+    recorder.poses_.push_back({matrix_of(stream_from_world * frames::transform_of(node.world_from_body))});
+  if (Result<void> taken = recorder.take(wire::encode(describe(plan)), plan.first_ns); !taken)
+    return taken.error();
+  return recorder;
+}
+
+Result<void> PoseRecorder::take(std::span<const std::byte> message, int64_t time_ns) {
+  return log_->take(kPeer, message, static_cast<uint64_t>(time_ns - kTimeOffsetNs));
+}
+
+bool PoseRecorder::insert(const TransformSample& sample, bool is_static) {
+  const frames::FrameId id = buffer_.find(sample.child);
+  if (!is_static && id != frames::kNoFrame) {
+    const frames::Frame& frame = buffer_.frames()[id];
+    if (frame.is_stamped() && frame.samples.back().stamp_ns < sample.stamp_ns - kSilenceNs) {
+      const frames::FrameSample held = frame.samples.back();
+      const std::string parent = buffer_.frames()[held.parent].name;
+      (void)buffer_.insert(parent, sample.child, sample.stamp_ns - 1, held.parent_from_frame, false, 0, 0);
+    }
+  }
+  const frames::Insertion done =
+      buffer_.insert(sample.parent, sample.child, sample.stamp_ns, sample.parent_from_child, is_static, 0, 0);
+  return done == frames::Insertion::accepted || done == frames::Insertion::repeated;
+}
+
+Result<void> PoseRecorder::add(const std::vector<TransformSample>& samples, bool is_static) {
+  for (const TransformSample& sample : samples) {
+    std::string_view child = sample.child;
+    if (child.starts_with('/')) child.remove_prefix(1);
+    if (!plan_->relevant.contains(child)) continue;
+    const bool makes_frame = !is_static && plan_->moving.contains(child) && sample.stamp_ns > last_ns_;
+    // Before it is inserted: it may be far ahead, so that the buffer forgets what these frames show.
+    if (makes_frame) {
+      newest_ns_ = std::max(newest_ns_, sample.stamp_ns);
+      if (Result<void> written = write_before(newest_ns_ - kAheadNs); !written) return written;
+    }
+    const bool is_good = insert(sample, is_static);
+    if (is_good && makes_frame && sample.stamp_ns > last_ns_) due_.insert(sample.stamp_ns);
+    if (++inserted_ % kMaxSamples != 0 || buffer_.forget_old() < kMaxSamples) continue;
+    if (Result<void> written = write_before(newest_ns_ + 1); !written) return written;
+    (void)buffer_.forget_old();
+  }
+  return {};
+}
+
+Result<void> PoseRecorder::write_before(int64_t time_ns) {
+  while (!due_.empty() && *due_.begin() < time_ns) {
+    const int64_t next_ns = *due_.begin();
+    due_.erase(due_.begin());
+    if (Result<void> written = write_frame(next_ns); !written) return written;
+  }
+  return {};
+}
+
+Result<void> PoseRecorder::write_frame(int64_t time_ns) {
+  tree_.begin(buffer_, fixed_, time_ns);
+  for (size_t i = 0; i < poses_.size(); ++i) {
+    const frames::Transform* const pose = tree_.find(frame_of_node_[i]);
+    if (pose) {
+      poses_[i].m = matrix_of(*pose);
+    } else if (tree_.is_in_loop(frame_of_node_[i])) {
+      return Error{quote(file_) + ": at " + seconds(time_ns) + " the parents of frame " +
+                   quote(plan_->frame_of_node[i]) +
+                   " lead back to itself: record without the publisher that is wrong"};
+    }
+  }
+  wire::PoseFrameView frame;
+  frame.header = {.epoch = kEpoch,
+                  .sequence = ++sequence_,
+                  .sim_time_ns = time_ns - kTimeOffsetNs,
+                  .publish_time_ns = static_cast<uint64_t>(time_ns - kTimeOffsetNs)};
+  frame.node_count = static_cast<uint32_t>(poses_.size());
+  frame.poses = poses_;
+  if (Result<void> taken = take(wire::encode(frame), time_ns); !taken) return taken;
+  if (!first_ns_) first_ns_ = time_ns;
+  last_ns_ = time_ns;
+  buffer_.set_oldest_time(time_ns);
+  return {};
+}
+
+Result<void> PoseRecorder::finish() {
+  if (sequence_ == 0 && due_.empty()) due_.insert(newest_ns_);  // nothing moves
+  if (Result<void> written = write_before(newest_ns_ + 1); !written) return written;
+  if (Result<void> taken = take(wire::encode(wire::Goodbye{kEpoch}), last_ns_); !taken) return taken;
+  return log_->finish();
+}
+
+}  // namespace fire3dv::imported

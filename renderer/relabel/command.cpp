@@ -1,0 +1,153 @@
+#include "renderer/relabel/command.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "base/digest.h"
+#include "base/log.h"
+#include "base/plural.h"
+#include "base/process/progress.h"
+#include "protocol/import/import.h"
+#include "protocol/record/playback.h"
+#include "protocol/robot/robot_file.h"
+#include "renderer/app/stop_signals.h"
+#include "renderer/dataset/command.h"
+#include "renderer/dataset/labels/description.h"
+#include "renderer/loading/disk_caches.h"
+#include "renderer/offline/offline_loop.h"
+#include "renderer/relabel/scene_nodes.h"
+
+namespace fire3dv::relabel {
+namespace {
+
+// Streams of this program need no import.
+bool is_own_recording(const std::filesystem::path& file) {
+  std::error_code fault;
+  if (!std::filesystem::is_regular_file(file, fault)) return false;
+  auto source = record::open_source(file.string());
+  return source && record::Playback::open(std::move(*source));
+}
+
+std::string seconds(int64_t ns) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3f s", static_cast<double>(ns) * 1e-9);
+  return text;
+}
+
+void log_report(const RelabelOptions& options, const scene::Scene& scene,
+                const imported::ImportReport& report) {
+  const std::string file = options.states.filename().string();
+  for (const std::string& text : report.notes) log_message(text);
+  for (const std::string& text : report.warnings) log_message(warning(file + ": " + text));
+  const std::vector<std::string> resting = resting_nodes(scene, report.nodes);
+  if (!resting.empty())
+    log_message(counted(resting.size(), "node") + " without states " +
+                (resting.size() == 1 ? "stays" : "stay") + " where the scene has " +
+                (resting.size() == 1 ? "it: " : "them: ") + dataset::list_names(resting));
+  log_message(counted(report.frames, "frame") + " of " + counted(report.nodes.size(), "node") + ", from " +
+              seconds(report.first_ns) + " to " + seconds(report.last_ns) + "; frame " +
+              quote(report.fixed_frame) + " is the scene's origin, " + (options.is_z_up ? "Z" : "Y") + " up");
+}
+
+class Relabel {
+ public:
+  explicit Relabel(const RelabelOptions& options) : options_(options) {}
+
+  // Writes options.recording, or finds it there with the same contents.
+  Result<void> import_states();
+
+ private:
+  Result<void> write(const std::filesystem::path& to);
+
+  const RelabelOptions& options_;
+};
+
+Result<void> Relabel::write(const std::filesystem::path& to) {
+  auto messages = imported::open_messages(options_.states);
+  if (!messages) return messages.error();
+  const app::CacheLocations caches =
+      app::find_cache_locations(options_.drawing.cache, [](const char* name) { return std::getenv(name); });
+  auto opened =
+      offline::RecordingScene::open(options_.drawing, caches.scenes, nullptr, app::stop_was_requested);
+  if (!opened) return opened.error();
+  app::SceneLoad& load = (*opened)->load();
+  auto loaded = load.wait();
+  if (!loaded) return loaded.error();
+  const scene::Scene& scene = (*loaded)->scene;
+  auto robot = robot::find_robot(load.gltf_file(), true);
+  if (!robot) {
+    log_message(warning(robot.error().message + "; joint states cannot move it"));
+    robot = std::optional<robot::Robot>();
+  }
+  const state::NodeNames names(scene);
+  imported::ImportOptions import;
+  import.frame_prefix = options_.prefix;
+  import.fixed_frame = options_.fixed_frame;
+  import.is_z_up = options_.is_z_up;
+  import.find_node = [&](std::string_view name) { return find_node(scene, names, name);
+};
+import.robot = *robot ? &**robot : nullptr;
+Progress progress("fire3dv", "reading " + printable_text(options_.states.string(), 200) + ":");
+import.on_progress = [&](double done) { constexpr uint64_t kTotal = 1000;
+progress.update("", static_cast<uint64_t>(std::llround(done* double{kTotal})), kTotal);
+return !app::stop_was_requested();
+};  // namespace
+auto sink = record::create_atomic_sink(to.string());
+if (!sink) return sink.error();
+auto report = imported::import_states(**messages, import, std::move(*sink));
+if (!report) return report.error();
+log_report(options_, scene, *report);
+load.begin_caching();
+if (const auto fault = load.finish_caching()) log_message(warning(fault->message));
+return {};
+}  // namespace fire3dv::relabel
+
+Result<void> Relabel::import_states() {
+  constexpr uint64_t kMaxBytes = uint64_t{1} << 50;
+  const std::filesystem::path& recording = options_.recording;
+  std::error_code fault;
+  if (recording.has_parent_path()) std::filesystem::create_directories(recording.parent_path(), fault);
+  if (!std::filesystem::exists(recording, fault)) return write(recording);
+  if (!options_.dataset)
+    return Error{quote(recording.string()) + " exists: remove it, or choose another file with --out"};
+  // A run that continues: the recording must be that of the images that are there.
+  const std::filesystem::path again = recording.string() + ".again";
+  std::filesystem::remove(again, fault);
+  if (Result<void> written = write(again); !written) return written;
+  const Result<Digest> now = digest_of_file(again, kMaxBytes);
+  std::filesystem::remove(again, fault);
+  if (!now) return now.error();
+  const Result<Digest> before = digest_of_file(recording, kMaxBytes);
+  if (!before) return before.error();
+  if (*now == *before) return {};
+  return Error{quote(recording.string()) +
+               " is of other states, or of another version of this program: remove "
+               "it, or choose another folder with --out"};
+}
+
+}  // namespace
+
+int run(const RelabelOptions& options) {
+  if (is_own_recording(options.states)) {
+    if (!options.dataset)
+      return report_failure(Error{quote(options.states.string()) +
+                                  " is a recording of this program already: name a folder with --out"});
+    dataset::DatasetOptions dataset = *options.dataset;
+    dataset.run.recording = options.states.string();
+    return dataset::run(dataset);
+  }
+  if (Result<void> done = Relabel(options).import_states(); !done) return report_failure(done.error());
+  if (!options.dataset) {
+    log_message("wrote " + options.recording.string());
+    return 0;
+  }
+  return dataset::run(*options.dataset);
+}
+
+}  // namespace fire3dv::relabel

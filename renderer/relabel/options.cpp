@@ -1,0 +1,85 @@
+#include "renderer/relabel/options.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "base/command_line.h"
+#include "base/files.h"
+#include "renderer/offline/drawing_words.h"
+
+namespace fire3dv::relabel {
+namespace {
+
+constexpr const char* kCommand = "relabel";
+constexpr std::array kWithValue{"--out", "--prefix", "--fixed-frame", "--up"};
+constexpr std::array kFlags{"--help", "-h"};
+
+// Folder "set/" has its recording beside it: "set.mcap".
+std::filesystem::path recording_beside(const std::string& folder) {
+  std::filesystem::path path = std::filesystem::path(folder).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();
+  return path.string() + ".mcap";
+}
+
+}  // namespace
+
+std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
+  RelabelOptions options;
+  CLI::App app{
+      "Draws states that another program recorded, from new cameras and with labels, as a data set."};
+  app.name("fire3dv relabel");
+  set_help(app, "STATES SCENE --format FORMAT --out DIR|FILE.mcap [OPTIONS]");
+  app.footer(
+      "All options of fire3dv dataset apply, also --format. Details: man fire3dv-relabel, and\n"
+      "docs/relabel.md.");
+  set_program_flags(app);
+  std::string out, up = "z";
+  OptionGroup group(app);
+  group.add("--out", out, "DIR|FILE.mcap", "data set, with its recording DIR.mcap; or a recording alone");
+  group.add("--prefix", options.prefix, "TEXT", "beginning of the names of frames that nodes lack");
+  group.add("--fixed-frame", options.fixed_frame, "FRAME", "frame at the scene's origin (see manual)");
+  group.add_choice("--up", up, "z|y", "axis of the fixed frame that points up");
+  offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
+  try {
+    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return offline::usage_error(kCommand, usage_text(app, error));
+  }
+  const auto refuse = [](const std::string& text) { return offline::usage_error(kCommand, text); };
+  if (words.rest.empty() || words.rest[0].empty() || words.rest[0].starts_with('-'))
+    return refuse(
+        "name a recording and a scene first: fire3dv relabel STATES SCENE --format FORMAT --out DIR");
+  if (out.empty()) return refuse("--out: name a folder for the data set, or FILE.mcap for a recording alone");
+  options.states = words.rest[0];
+  options.is_z_up = up == "z";
+  words.rest.erase(words.rest.begin());
+
+  if (lower_extension(out) == ".mcap") {
+    options.recording = out;
+    auto drawing = offline::parse_drawing(kCommand, argv[0], std::move(words.rest));
+    if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
+    options.drawing = std::move(std::get<offline::Drawing>(drawing).options);
+  } else {
+    options.recording = recording_beside(out);
+    std::vector<std::string> rest{argv[0], "dataset", options.recording.string()};
+    rest.insert(rest.end(), words.rest.begin(), words.rest.end());
+    rest.insert(rest.end(), {"--out", out});
+    std::vector<char*> pointers;
+    for (std::string& word : rest) pointers.push_back(word.data());
+    auto dataset = dataset::parse_dataset_options(static_cast<int>(pointers.size()), pointers.data());
+    if (const int* exit_code = std::get_if<int>(&dataset)) return *exit_code;
+    options.dataset = std::move(std::get<dataset::DatasetOptions>(dataset));
+    options.dataset->command = dataset::command_text(kCommand, argc, argv);
+    options.drawing = options.dataset->run.drawing;
+  }
+  if (options.drawing.scene.empty())
+    return refuse("name the scene after the states: fire3dv relabel " + options.states.string() +
+                  " SCENE --out " + out);
+  return options;
+}
+
+}  // namespace fire3dv::relabel

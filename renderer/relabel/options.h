@@ -1,0 +1,26 @@
+// Command line of `fire3dv relabel`.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "renderer/app/options/options.h"
+#include "renderer/dataset/options.h"
+
+namespace fire3dv::relabel {
+
+struct RelabelOptions {
+  std::filesystem::path states;     // recording of another program
+  std::filesystem::path recording;  // written by the import
+  std::string prefix, fixed_frame;
+  bool is_z_up = true;
+  app::Options drawing;                            // with the scene
+  std::optional<dataset::DatasetOptions> dataset;  // nothing: the recording alone is written
+};
+
+// Returns options or an exit code. argv[1] is the subcommand.
+std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv);
+
+}  // namespace fire3dv::relabel
