@@ -10,6 +10,7 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "protocol/import/files/mcap_messages.h"
+#include "protocol/import/files/sqlite_messages.h"
 
 namespace fire3dv::imported {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 constexpr size_t kMaxFiles = 10'000;  // of a folder
 
 Result<std::unique_ptr<MessageSource>> open_file(const std::filesystem::path& path) {
-  return open_mcap_messages(path.string());
+  return is_sqlite_file(path) ? open_sqlite_messages(path) : open_mcap_messages(path.string());
 }
 
 // Files of a folder, one after the other. One is open at a time.
@@ -103,7 +104,8 @@ class FolderMessages final : public MessageSource {
 };
 
 bool is_message_file(const std::filesystem::path& path) {
-  return lower_extension(path) == ".mcap";
+  const std::string extension = lower_extension(path);
+  return extension == ".mcap" || extension == ".db3";
 }
 
 // Parts of a bag end with a number without leading zeros: bag_9 comes before bag_10.
@@ -127,7 +129,8 @@ Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path
   }
   if (fault) return Error{quote(path.string()) + " cannot be read: " + fault.message()};
   if (files.empty())
-    return Error{quote(path.string()) + " has no .mcap file: name a recording, or the folder of a bag"};
+    return Error{quote(path.string()) +
+                 " has no .mcap or .db3 file: name a recording, or the folder of a bag"};
   std::sort(files.begin(), files.end(), comes_before);
   return FolderMessages::open(path, std::move(files));
 }

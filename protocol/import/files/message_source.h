@@ -40,7 +40,8 @@ class MessageSource {
   virtual std::vector<std::string> take_warnings() = 0;
 };
 
-// Opens an MCAP file, or a folder of ROS 2 (rosbag2) with such files, which are read one after the other.
+// Opens an MCAP or SQLite file, or the folder of a ROS 2 bag with such files, which are read one after the
+// other.
 Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path& path);
 
 }  // namespace fire3dv::imported

@@ -3,6 +3,7 @@
 files are made in Python."""
 import os
 import random
+import sqlite3
 import struct
 
 import numpy as np
@@ -101,6 +102,28 @@ def bag(test, name, messages, encode=cdr_transforms, schema=TF, encoding="cdr", 
     return writer.save(test.path(name), chunked)
 
 
+def sqlite_bag(test, name, messages):
+    """As rosbag2 writes it; rows are not in the order of times."""
+    path = test.path(name)
+    with sqlite3.connect(path) as bag_file:
+        bag_file.executescript("""
+            CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+            CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
+            CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL,
+                                offered_qos_profiles TEXT NOT NULL, type_description_hash TEXT NOT NULL);
+            CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+            CREATE INDEX timestamp_idx ON messages (timestamp ASC);""")
+        for number, topic in ((3, "/tf"), (7, "/tf_static"), (8, "/image")):
+            kind = TF if topic != "/image" else "sensor_msgs/msg/Image"
+            bag_file.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '', '')", (number, topic, kind))
+        bag_file.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (8, ?, x'00')", (T0,))
+        for log_ns, topic, transforms in reversed(messages):
+            bag_file.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)",
+                             (3 if topic == "/tf" else 7, log_ns, cdr_transforms(transforms)))
+    bag_file.close()
+    return path
+
+
 def poses_of(path):
     """Names, world_from_stream, and (time, stream_from_body of each node) of each frame. float32 matrices."""
     file = McapFile(path)
@@ -170,6 +193,10 @@ def encodings_agree(test):
     os.mkdir(folder)
     for part in range(12):
         bag(test, f"bag/bag_{part}.mcap", messages[part * len(messages) // 12:(part + 1) * len(messages) // 12])
+    sqlite_folder = test.path("sqlite bag")
+    os.mkdir(sqlite_folder)
+    for part, some in enumerate((messages[:50], messages[50:])):
+        sqlite_bag(test, f"sqlite bag/bag_{part}.db3", some)
     files = {
         "big": bag(test, "big.mcap", messages, lambda each: cdr_transforms(each, ">"), chunked=True),
         "protobuf": bag(test, "protobuf.mcap", messages, protobuf_transforms, "foxglove.FrameTransforms", "protobuf"),
@@ -177,7 +204,7 @@ def encodings_agree(test):
         "protobuf one": bag(test, "protobuf1.mcap", one_each, protobuf_transform, "foxglove.FrameTransform", "protobuf"),
         "json one": bag(test, "json1.mcap", one_each, lambda each: repr(json_value(each)).replace("'", '"').encode(),
                         "foxglove.FrameTransform", "json"),
-        "folder": folder}
+        "folder": folder, "sqlite": sqlite_bag(test, "bag.db3", messages), "sqlite folder": sqlite_folder}
     for name, states in files.items():
         out = test.path(f"{name} out.mcap")
         relabel(test, states, scene_of(test), "--out", out)
@@ -294,6 +321,12 @@ def faults_are_named(test):
         check(reason in said, said)
     said = relabel(test, bag(test, "ros1.mcap", good, encoding="ros1"), scene_of(test), "--out", test.path("no.mcap"), code=1)
     check('topic "/tf"' in said and "cannot be read" in said, said)
+    with sqlite3.connect(test.path("other.db3")) as other:
+        other.execute("CREATE TABLE topics(id INTEGER)")
+        other.execute("CREATE VIEW messages AS SELECT * FROM topics")
+    other.close()
+    said = relabel(test, test.path("other.db3"), scene_of(test), "--out", test.path("no.mcap"), code=1)
+    check("is no bag of ROS 2" in said, said)
     said = relabel(test, test.path("missing.mcap"), scene_of(test), "--out", test.path("no.mcap"), code=1)
     check("missing.mcap" in said, said)
     check(not os.path.exists(test.path("no.mcap")), "a file of a failed import")
@@ -303,12 +336,13 @@ def faults_are_named(test):
 
 def hostile_files_end(test):
     """Flipped and missing bytes: a recording or a reason, never a crash."""
-    data = open(bag(test, "sound.mcap", samples()[:60]), "rb").read()
+    sound = [open(file, "rb").read() for file in (bag(test, "sound.mcap", samples()[:60]), sqlite_bag(test, "sound.db3", samples()[:60]))]
     chance = random.Random(7)
-    for i in range(12):
+    for i in range(24):
+        data = sound[i % 2]
         damaged = bytearray(data[:chance.randrange(len(data))] if i % 3 == 0 else data)
         for _ in range(chance.randrange(1, 30)):
-            damaged[chance.randrange(8, len(damaged))] = chance.randrange(256)
+            damaged[chance.randrange(min(100, len(damaged) - 1), len(damaged))] = chance.randrange(256)
         with open(test.path("damaged.mcap"), "wb") as file:
             file.write(damaged)
         out = test.path(f"{i} out.mcap")
