@@ -37,7 +37,7 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.shadow_maps = plan.shadows && facts.needs_shadow_maps;
   plan.shadow_map_levels_of_detail =
       plan.camera_levels_of_detail &&
-      (facts.levels_of_detail == settings::LevelsOfDetail::everywhere || technique.has_small_maps());
+      (facts.levels_of_detail == settings::LevelsOfDetail::everywhere || technique.small_maps);
 
   plan.depth_of_field = has_lens && plan.compute_shading;
   const bool shows_light = can_have_effects && (plan.shading || plan.path_resolve);

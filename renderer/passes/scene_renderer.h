@@ -42,6 +42,9 @@ class PathPass;
 struct PlaneRange;
 struct SharedPasses;
 
+// Worlds are rows of a dispatch: the guaranteed minimum of all devices.
+constexpr uint32_t kMaxWorlds = 65'535;
+
 // LODs that a scene needs for this setting.
 scene::Levels levels_for(settings::LevelsOfDetail wanted);
 
@@ -64,7 +67,8 @@ class SceneRenderer {
 
   // The scene must respect max_textures and outlive its use here. Repeated calls are allowed: the old
   // scene's resources retire. Throws VulkanFailure when memory is short; the earlier scene then stays in use.
-  // worlds: copies of the scene that differ in their poses alone and share its geometry; each view shows one.
+  // worlds: 1 to kMaxWorlds copies of the scene that differ in their poses alone and share its geometry; each
+  // view shows one.
   void set_scene(const scene::Scene& scene, uint32_t worlds = 1);
   void set_scene(const scene::Scene& scene, const scene::Derived& derived, uint32_t worlds = 1);
   // Edits of the current scene, read in each frame. Call it once, before the first frame.

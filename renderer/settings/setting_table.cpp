@@ -15,7 +15,6 @@
 #include "base/error.h"
 #include "base/numbers.h"
 #include "base/words.h"
-#include "renderer/settings/small_maps.h"
 
 namespace fire3dv::settings {
 namespace {
@@ -291,32 +290,36 @@ DrawSetting exposure() {
   return row;
 }
 
-using ShadowChoice = std::tuple<ShadowMethod, RayBackEnd, uint32_t>;  // the last: side of the maps
+using ShadowChoice = std::tuple<ShadowMethod, RayBackEnd, bool>;  // the last: small maps
 
 // The back end of shadow rays is that of ray effects, too.
 DrawSetting shadows() {
   DrawSetting row = choice<ShadowChoice>(
-      {{"auto", {ShadowMethod::automatic, RayBackEnd::query, 0}},
-       {"ray", {ShadowMethod::ray, RayBackEnd::query, 0}},
-       {"ray-query", {ShadowMethod::ray, RayBackEnd::query, 0}},
-       {"ray-pipeline", {ShadowMethod::ray, RayBackEnd::pipeline, 0}},
-       {"map", {ShadowMethod::map, RayBackEnd::query, 0}},
-       {"small-map", {ShadowMethod::map, RayBackEnd::query, kSmallMaps}},
-       {"off", {ShadowMethod::off, RayBackEnd::query, 0}}},
+      {{"auto", {ShadowMethod::automatic, RayBackEnd::query, false}},
+       {"ray", {ShadowMethod::ray, RayBackEnd::query, false}},
+       {"ray-query", {ShadowMethod::ray, RayBackEnd::query, false}},
+       {"ray-pipeline", {ShadowMethod::ray, RayBackEnd::pipeline, false}},
+       {"map", {ShadowMethod::map, RayBackEnd::query, false}},
+       {"small-map", {ShadowMethod::map, RayBackEnd::query, true}},
+       {"off", {ShadowMethod::off, RayBackEnd::query, false}}},
       [](const DrawSettings& draw) {
-        return ShadowChoice(draw.shadows.method, draw.shadows.back_end, draw.shadows.map_side);
+        return ShadowChoice(draw.shadows.method, draw.shadows.back_end, draw.shadows.small_maps);
       },
       [](const ShadowChoice& value, DrawSettings& draw) {
-        std::tie(draw.shadows.method, draw.shadows.back_end, draw.shadows.map_side) = value;
+        std::tie(draw.shadows.method, draw.shadows.back_end, draw.shadows.small_maps) = value;
         draw.ray_effects.back_end = draw.shadows.back_end;
       });
   row.help = joined(row.names, "|");
-  row.controls = {control_of({"Shadows", nullptr, {"automatic", "rays", "maps alone", "off"}},
-                             choice<ShadowMethod>({{"auto", ShadowMethod::automatic},
-                                                   {"ray", ShadowMethod::ray},
-                                                   {"map", ShadowMethod::map},
-                                                   {"off", ShadowMethod::off}},
-                                                  FIELD(shadows.method)))};
+  // The back end stays.
+  using Method = std::tuple<ShadowMethod, bool>;
+  row.controls = {control_of(
+      {"Shadows", nullptr, {"automatic", "rays", "maps alone", "small maps alone", "off"}},
+      choice<Method>({{"auto", {ShadowMethod::automatic, false}},
+                      {"ray", {ShadowMethod::ray, false}},
+                      {"map", {ShadowMethod::map, false}},
+                      {"small-map", {ShadowMethod::map, true}},
+                      {"off", {ShadowMethod::off, false}}},
+                     [](auto& draw) { return std::tie(draw.shadows.method, draw.shadows.small_maps); }))};
   return row;
 }
 

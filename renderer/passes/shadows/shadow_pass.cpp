@@ -69,12 +69,14 @@ ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t sa
 MapSizes ShadowPass::map_sizes() const {
   MapSizes sizes;
   sizes.maps_of_view = technique_.hybrid ? 2 : 1;
-  if (technique_.map_side) sizes.side = technique_.map_side;
   const uint32_t pixels = targets_ ? std::max(targets_->extent.width, targets_->extent.height) : 0;
-  if (technique_.has_small_maps())
+  if (technique_.map_side) {
+    sizes.side = technique_.map_side;
+  } else if (technique_.small_maps) {
     sizes.side = std::clamp(std::bit_ceil(pixels), kSmallestSmallMap, kLargestSmallMap);
-  if (technique_.map_side || !targets_) return sizes;
-  if (technique_.method == settings::ShadowMethod::map) {
+  } else if (!targets_) {
+    return sizes;
+  } else if (technique_.method == settings::ShadowMethod::map) {
     sizes.side = std::clamp(std::bit_ceil(pixels + pixels / 2), sizes.side / 2, sizes.side);
   } else if (device_.report().type == gpu::DeviceType::software) {
     sizes.side = std::clamp(std::bit_floor(pixels), sizes.side / 8, sizes.side);
@@ -89,7 +91,7 @@ void ShadowPass::make_classify() {
 
 // Limits maps and masks to a share of device memory, since peers choose the number of lights.
 ShadowLimits ShadowPass::shadow_limits() const {
-  constexpr uint64_t kListShare = 8, kMaskShare = 4;
+  constexpr uint64_t kListShare = 8, kMapShare = 4, kMaskShare = 4;
   ShadowLimits limits;
   if (technique_.method == settings::ShadowMethod::off) {  // no maps and no mask
     limits.max_texels = UINT64_MAX;
@@ -99,7 +101,15 @@ ShadowLimits ShadowPass::shadow_limits() const {
   // Each view has a cluster list; see ClusterRaster.
   limits.max_views = memory / kListShare / state_.worlds /
                      (sizeof(uint32_t) * std::max<uint64_t>(state_.cluster_count, 1024));
-  limits.max_texels /= state_.worlds;
+  // One dispatch has the views of all worlds that a submission shows.
+  const VkPhysicalDeviceLimits& device = device_.limits();
+  limits.max_views =
+      std::min<uint64_t>(limits.max_views, device.maxComputeWorkGroupCount[2] /
+                                               std::min(state_.worlds, device.maxImageDimension2D));
+  // Shaders index texels with 32 bits.
+  const uint64_t all_texels = std::min<uint64_t>(UINT32_MAX, memory / kMapShare / sizeof(uint32_t));
+  if (state_.worlds > 1) limits.max_texels = std::max(limits.max_texels, all_texels) / state_.worlds;
+  limits.max_fitted_texels = std::min(limits.max_fitted_texels, all_texels / state_.worlds);
   if (!targets_ || technique_.method != settings::ShadowMethod::ray) return limits;
   const uint64_t pixels = uint64_t{targets_->extent.width} * targets_->extent.height;
   const uint64_t word_bytes =
@@ -126,14 +136,8 @@ void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight
 // Creates new buffers, since frames in flight read the old ones. Maps are reused if large enough: the next
 // frame draws them behind a barrier.
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits) {
-  constexpr uint64_t kMaxTexels = UINT32_MAX;  // shaders index them with 32 bits
   ShadowPlan plan =
       plan_shadows(lights, samples_, technique_.method == settings::ShadowMethod::ray, map_sizes(), limits);
-  if (limits.has_memory && state_.worlds * plan.texels > kMaxTexels) {
-    ShadowLimits none = limits;
-    none.has_memory = false;
-    return set_lights(lights, none);
-  }
   if (state_.light_shadows && plan == state_.plan) {
     state_.lights = lights;
     state_.light_count = static_cast<uint32_t>(lights.size());

@@ -9,8 +9,6 @@ namespace fire3dv::passes {
 namespace {
 
 constexpr uint32_t kSoftRays = 16;
-// Limit of all views together; above it all maps shrink.
-constexpr uint64_t kMaxTexels = 48u << 20;
 constexpr uint32_t kSmallestSide = 64;
 // Wider spots need a cube map.
 constexpr float kWidestSpotRad = 1.2f;
@@ -28,21 +26,20 @@ uint32_t rays_of(const scene::Light& light) {
 // Accumulates the shadow resources light by light.
 class ResourceCount {
  public:
-  ResourceCount(const ShadowLimits& limits, uint32_t maps_of_view)
-      : limits_(limits), maps_of_view_(maps_of_view) {}
+  ResourceCount(const ShadowLimits& limits, const MapSizes& sizes) : limits_(limits), sizes_(sizes) {}
 
   // Reserves the resources of one more light, or none of them.
   bool take(uint32_t views, uint32_t mask_bits, uint32_t soft_words) {
     const uint64_t all_views = views_ + views, bits = bits_ + mask_bits, words = soft_words_ + soft_words;
-    // Halving stops when the first map reaches the smallest side. If that is a cube face, other maps have
-    // twice its side.
-    const uint64_t side = views == 1 ? 2 * kSmallestSide : kSmallestSide;
-    const uint64_t texels = texels_ + views * maps_of_view_ * side * side;
+    const bool is_cube = views > 1, is_first_cube = views_ > 0 ? is_first_cube_ : is_cube;
+    const uint64_t side = smallest_side(is_cube, is_first_cube);
+    const uint64_t texels = texels_ + views * sizes_.maps_of_view * side * side;
     wanted_bits_ += mask_bits;
     wanted_soft_words_ += soft_words;
     if (!limits_.has_memory || all_views > limits_.max_views || texels > limits_.max_texels ||
         (bits + 31) / 32 + words > limits_.max_mask_words)
       return false;
+    is_first_cube_ = is_first_cube;
     views_ = all_views;
     texels_ = texels;
     bits_ = bits;
@@ -55,20 +52,28 @@ class ResourceCount {
   }
 
  private:
+  // Halving stops when the first map has the smallest side. If that is a cube face, other maps have twice its
+  // side.
+  uint64_t smallest_side(bool is_cube, bool is_first_cube) const {
+    const uint64_t side = std::min(sizes_.side, is_first_cube ? 2 * kSmallestSide : kSmallestSide);
+    return is_cube ? side / 2 : side;
+  }
+
   const ShadowLimits& limits_;
-  const uint64_t maps_of_view_;
+  const MapSizes& sizes_;
+  bool is_first_cube_ = false;
   uint64_t views_ = 0, texels_ = 0, bits_ = 0, soft_words_ = 0, wanted_bits_ = 0, wanted_soft_words_ = 0;
 };
 
 // Assigns the maps' offsets in sequence.
-void fit_map_views(ShadowPlan& plan) {
+void fit_map_views(ShadowPlan& plan, uint64_t max_texels) {
   auto texels = [&] {
     uint64_t sum = 0;
     for (const gpu_types::LightViewRequest& view : plan.views)
       sum += uint64_t{plan.sizes.maps_of_view} * view.size * view.size;
     return sum;
   };
-  while (texels() > kMaxTexels && plan.views[0].size > kSmallestSide) {
+  while (texels() > max_texels && plan.views[0].size > kSmallestSide) {
     for (gpu_types::LightViewRequest& view : plan.views) view.size /= 2;
   }
   for (gpu_types::LightViewRequest& view : plan.views) {
@@ -83,14 +88,13 @@ ShadowTechnique choose_shadow_technique(const gpu::Device& device, const setting
                                         bool compute) {
   ShadowTechnique technique;
   technique.map_side = settings.map_side;
-  if (settings.map_side == settings::kSmallMaps && settings.method != settings::ShadowMethod::map)
-    technique.map_side = 0;
   technique.max_listed_rays = settings.max_listed_rays;
   if (settings.method == settings::ShadowMethod::off) return technique;
   const gpu::DeviceReport& report = device.report();
   const bool can_trace = report.ray_query || report.ray_tracing_pipeline;
   if (settings.method == settings::ShadowMethod::map || !can_trace) {
     technique.method = settings::ShadowMethod::map;
+    technique.small_maps = settings.small_maps && settings.method == settings::ShadowMethod::map;
     return technique;
   }
   technique.method = settings::ShadowMethod::ray;
@@ -107,7 +111,7 @@ const char* describe(const ShadowTechnique& technique) {
     case settings::ShadowMethod::automatic:
       return "off";
     case settings::ShadowMethod::map:
-      return technique.has_small_maps() ? "small shadow maps" : "shadow maps";
+      return technique.small_maps ? "small shadow maps" : "shadow maps";
     case settings::ShadowMethod::ray:
       break;
   }
@@ -135,7 +139,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
                         const MapSizes& sizes, const ShadowLimits& limits) {
   ShadowPlan plan;
   plan.sizes = sizes;
-  ResourceCount count(limits, sizes.maps_of_view);
+  ResourceCount count(limits, sizes);
   uint32_t bit = 0, soft_words = 0;
   for (uint32_t i = 0; i < lights.size(); ++i) {
     const scene::Light& light = lights[i].light;
@@ -175,7 +179,7 @@ ShadowPlan plan_shadows(const std::vector<scene::PlacedLight>& lights, uint32_t 
   }
   plan.mask_words = std::max(1u, hard_words + soft_words);
   plan.mask_words_wanted = count.mask_words_wanted();
-  fit_map_views(plan);
+  fit_map_views(plan, limits.max_fitted_texels);
   return plan;
 }
 

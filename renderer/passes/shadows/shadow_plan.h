@@ -7,7 +7,6 @@
 
 #include "renderer/scene/model/scene_edits.h"
 #include "renderer/settings/shadow_settings.h"
-#include "renderer/settings/small_maps.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::gpu {
@@ -21,8 +20,8 @@ struct ShadowTechnique {
   settings::ShadowMethod method = settings::ShadowMethod::off;  // never automatic
   settings::RayBackEnd back_end = settings::RayBackEnd::none;
   bool hybrid = false;
-  uint32_t map_side = 0, max_listed_rays = 0;  // as in the settings; kSmallMaps with maps alone only
-  bool has_small_maps() const { return map_side == settings::kSmallMaps; }
+  bool small_maps = false;                     // never with rays
+  uint32_t map_side = 0, max_listed_rays = 0;  // as in the settings
   bool operator==(const ShadowTechnique&) const = default;
 };
 
@@ -42,8 +41,10 @@ struct MapSizes {
 struct ShadowLimits {
   uint64_t max_views = UINT64_MAX;
   uint64_t max_texels = uint64_t{1} << 27;  // of all maps at their smallest size; 512 MiB
-  uint32_t max_mask_words = UINT32_MAX;     // per pixel
-  bool has_memory = true;                   // false: no light casts a shadow
+  uint64_t max_fitted_texels =
+      48u << 20;  // of all maps; above it they shrink, but not below their smallest size
+  uint32_t max_mask_words = UINT32_MAX;  // per pixel
+  bool has_memory = true;                // false: no light casts a shadow
 };
 
 // True for lights with a size, which cast penumbrae.

@@ -14,7 +14,6 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "renderer/settings/small_maps.h"
 #include "tests/render/support/bent_bar.h"
 #include "tests/render/support/render_bench.h"
 #include "tests/render/support/scene_builder.h"
@@ -201,7 +200,7 @@ TEST_P(Batches, EachWorldEqualsABatchOfItAlone) {
   settings::DrawSettings settings;
   settings.samples = 1;
   settings.shadows.method = settings::ShadowMethod::map;
-  settings.shadows.map_side = settings::kSmallMaps;
+  settings.shadows.small_maps = true;
   settings.levels_of_detail = settings::LevelsOfDetail::camera;
   settings.post.fxaa = false;
   const uint32_t count = GetParam();
@@ -293,7 +292,7 @@ TEST_F(SmallMaps, DifferFromRaysInFewPixels) {
   for (uint32_t seed = 0; seed < 4; ++seed) robots.push_back(robot(seed));
   std::deque<RenderBench> benches;
   for (const settings::ShadowMethod method : kMethods) {
-    settings.shadows = {.method = method, .hybrid = false, .map_side = settings::kSmallMaps};
+    settings.shadows = {.method = method, .hybrid = false, .small_maps = true};
     benches.emplace_back(robots[0], VkExtent2D{64, 64}, settings);
   }
   for (const uint32_t side : {64u, 128u}) {

@@ -38,6 +38,41 @@ TEST(ShadowPlan, MapsStayWithinBudget) {
   }
 }
 
+std::vector<scene::PlacedLight> suns(uint32_t count) {
+  std::vector<scene::PlacedLight> lights = point_lights(count);
+  for (scene::PlacedLight& placed : lights) placed.light.type = scene::LightType::directional;
+  return lights;
+}
+
+// The share of one of 4,096 worlds holds eight maps of 64 x 64 texels.
+TEST(ShadowPlan, SmallMapsCountAsTheyAre) {
+  ShadowLimits limits;
+  limits.max_texels /= 4096;
+  for (const uint32_t side : {64u, 128u}) {
+    const ShadowPlan plan = plan_shadows(suns(3), 1, false, {side, 1}, limits);
+    EXPECT_EQ(plan.lights_without_shadow, 0u);
+    ASSERT_EQ(plan.views.size(), 3u);
+    EXPECT_EQ(plan.views[0].size, side) << "there is room for the whole maps";
+  }
+  EXPECT_EQ(plan_shadows(suns(9), 1, false, {64, 1}, limits).lights_without_shadow, 1u);
+}
+
+TEST(ShadowPlan, MapsShrinkBeforeLightsLoseThem) {
+  std::vector<scene::PlacedLight> lights = suns(2);
+  lights.push_back(point_lights(1)[0]);
+  ShadowLimits limits;
+  limits.max_fitted_texels = UINT32_MAX / 4096;
+  const ShadowPlan plan = plan_shadows(lights, 1, false, {2048, 1}, limits);
+  EXPECT_EQ(plan.lights_without_shadow, 0u);
+  ASSERT_EQ(plan.views.size(), 8u);
+  EXPECT_EQ(plan.views[0].size, 512u);
+  EXPECT_EQ(plan.views[2].size, 256u) << "a cube face has half the side";
+  EXPECT_LE(plan.texels, limits.max_fitted_texels);
+  // Not below the smallest size.
+  limits.max_fitted_texels = 1;
+  EXPECT_EQ(plan_shadows(lights, 1, false, {2048, 1}, limits).views[0].size, 64u);
+}
+
 TEST(ShadowPlan, MasksAndViewsAreLimited) {
   ShadowLimits limits;
   limits.max_mask_words = 2;

@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/command_line.h"
+#include "base/plural.h"
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
 #include "protocol/wire/image_outputs.h"
@@ -282,6 +283,9 @@ Result<void> measure(Bench& bench, const CamerasOptions& options, uint32_t camer
     publish_ms += static_cast<double>(published_ns - begin_ns) * 1e-6;
   }
   if (bench.pixels_seen == 0) return Error{"the images are blank, so no time is reported"};
+  if (const uint32_t without = bench.renderer.counts().lights_without_shadow; without > 0)
+    std::fprintf(stderr, "warning: %s, for lack of memory: take fewer --worlds, or --shadows small-map\n",
+                 (counted(without, "light") + (without == 1 ? " casts" : " cast") + " no shadow").c_str());
   const Summary summary = summarise(seconds);
   const double frames = static_cast<double>(options.frames);
   std::printf("| %u | %u | %u | %ux%u | %s | %s | %.3f | %.3f | %.3f | %.3f | %.0f |\n", cameras,
@@ -332,7 +336,7 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
   group.add("--to", options.to, "URI", "request the images from a fire3dv --lockstep at this URI");
   group.add("--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
   group.add("--worlds", options.worlds, "N", "copies with random poses; camera i shows copy i modulo N")
-      ->check(in_range(1, 65'535));
+      ->check(in_range(uint32_t{1}, passes::kMaxWorlds));
   group.add_flag("--resident", options.resident, "leave the images on the device");
   group.add_flag("--passes", options.passes, "print the GPU time of each pass, which slows the passes");
   group.add("--frames", options.frames, "N", "timed rounds")->check(in_range(1, 100'000));
@@ -342,7 +346,11 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
 int run_cameras(const CamerasOptions& options) {
   const bool is_in_process = options.worlds > 1 || options.resident || options.passes;
   Result<void> measured;
-  if (options.to.empty()) {
+  if (options.resident && options.warm_up == 0) {
+    measured = Error{
+        "--resident --warm-up 0: the first round reads its images back, to see that they are not blank, and "
+        "is not timed: take --warm-up 1 or more"};
+  } else if (options.to.empty()) {
     measured = measure_all(options);
   } else if (is_in_process) {
     measured = Error{"--worlds, --resident and --passes measure images of this process: leave --to out"};
