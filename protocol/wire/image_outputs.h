@@ -24,7 +24,7 @@ enum ImageOutput : uint32_t {
   // World-space unit normal without normal maps, on the visible side, and 0; all 0 for the background.
   kNormal = 1u << 5,
   // Pixels right and down since the camera's last image; 0 in its first, NaN where the surface was behind the
-  // eye. Includes deformation by skins, morph targets and replaced vertices.
+  // camera or its node hidden. Includes deformation by skins, morph targets and replaced vertices.
   kMotion = 1u << 6,
   kBoxes2d = 1u << 7,  // BoxRecord2d per visible instance
   kBoxes3d = 1u << 8,  // BoxRecord3d per visible instance
@@ -35,7 +35,7 @@ enum ImageOutput : uint32_t {
   kMetallicF32 = 1u << 11,
   kPositionF32 = 1u << 12,  // x, y, z of the surface in the world in metres, and 1; all 0 for the background
   // How the camera's last image showed the point that is visible now: 0 seen (also the background, and in its
-  // first image), 1 hidden by something nearer, 2 outside of the image.
+  // first image), 1 hidden by something nearer or as a node, 2 outside of the image.
   kOcclusionU32 = 1u << 13,
   kAmodal = 1u << 14,  // silhouettes of instances drawn alone, as masks and AmodalRecords; in files only
 };
