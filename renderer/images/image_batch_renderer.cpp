@@ -60,6 +60,17 @@ float half_height(const passes::Intrinsics& camera) {
   return static_cast<float>(camera.image_px.y) / (2 * camera.fy_px);
 }
 
+passes::ReplacedMemory replaced_memory(
+    const std::map<ImageBatchRenderer::Key, passes::CameraHistory>& histories,
+    std::span<const ImageBatchRenderer::WorkItem> batch) {
+  std::vector<const passes::CameraHistory*> known;
+  for (const ImageBatchRenderer::WorkItem& work : batch) {
+    const auto history = histories.find({work.due.requester, work.due.request.id});
+    if (history != histories.end()) known.push_back(&history->second);
+  }
+  return passes::replaced_by(known, batch[0].camera.pinhole.image_px);
+}
+
 VkExtent2D extent_of(glm::uvec2 size) {
   return {size.x, size.y};
 }
@@ -249,16 +260,18 @@ std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const
   const VkExtent2D extent = extent_of(first.camera.pinhole.image_px);
   const auto views = static_cast<uint32_t>(batch.size());
   passes::Shortage shortage{};
-  const Result<passes::PreparedFrame> prepared = renderer_.prepare({.extent = extent,
-                                                                    .views = views,
-                                                                    .outputs = outputs_behind(first),
-                                                                    .scene = scene,
-                                                                    .markers = first.camera.markers,
-                                                                    .has_history = has_history(request),
-                                                                    .lens = !used_lens(first).is_pinhole(),
-                                                                    .in_motion = first.camera.in_motion,
-                                                                    .refines = refines},
-                                                                   &shortage);
+  const Result<passes::PreparedFrame> prepared =
+      renderer_.prepare({.extent = extent,
+                         .views = views,
+                         .outputs = outputs_behind(first),
+                         .scene = scene,
+                         .markers = first.camera.markers,
+                         .has_history = has_history(request),
+                         .replaced = replaced_memory(histories_, batch),
+                         .lens = !used_lens(first).is_pinhole(),
+                         .in_motion = first.camera.in_motion,
+                         .refines = refines},
+                        &shortage);
   if (!prepared) {
     refuse(batch,
            shortage == passes::Shortage::motion_snapshots ? wire::ImageRefusal::too_many

@@ -21,6 +21,9 @@ bool any_soft(const std::vector<scene::PlacedLight>& lights) {
                      [](const scene::PlacedLight& placed) { return is_soft(placed.light); });
 }
 
+// Views of one world from which on common dispatches pay.
+constexpr size_t kFewestCommonViews = 4;
+
 // An empty rectangle adds nothing.
 VkRect2D united(const VkRect2D& a, const VkRect2D& b) {
   if (a.extent.width == 0) return b;
@@ -131,10 +134,19 @@ SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Sc
   return uses;
 }
 
-OutputsPass::Images images_of(const FrameRequest& request) {
-  return {
-      request.outputs,       request.extent, request.views, request.has_history, request.flow_from != nullptr,
-      request.keeps_surfaces};
+bool may_have_common_dispatches(const FrameRequest& request, const GpuScene& scene) {
+  return request.views >= kFewestCommonViews || (request.views > 1 && scene.world_count > 1);
+}
+
+OutputsPass::Images images_of(const FrameRequest& request, const GpuScene& scene) {
+  return {request.outputs,
+          request.extent,
+          request.views,
+          request.has_history,
+          request.flow_from != nullptr,
+          request.keeps_surfaces,
+          request.replaced,
+          may_have_common_dispatches(request, scene)};
 }
 
 void ScenePasses::use(Targets& targets) {
@@ -149,8 +161,12 @@ void ScenePasses::use(Targets& targets) {
 }
 
 void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest& request,
-                           const FramePlan& plan, Targets& targets, GpuScene& gpu_scene) {
-  if (outputs) outputs->begin(images_of(request), gpu_scene);
+                           const FramePlan& plan, Targets& targets, const AllocatedScene& scene) {
+  GpuScene& gpu_scene = scene.gpu_scene;
+  if (outputs)
+    outputs->begin(images_of(request, gpu_scene),
+                   {scene.scene, gpu_scene, settings.draw().label_alpha, scene.edits});
+  if (may_have_common_dispatches(request, gpu_scene)) expect_common(settings, plan, gpu_scene);
   if (plan.visibility_buffer)
     visibility->allocate(gpu_scene, settings.draw().cull, plan.camera_levels_of_detail);
   if (plan.ray_effects)
@@ -179,6 +195,15 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
       }
     }
   }
+}
+
+void ScenePasses::expect_common(const RendererSettings& settings, const FramePlan& plan,
+                                const GpuScene& gpu_scene) {
+  if (plan.shadow_maps && gpu_scene.world_count > 1) shadows.expect_worlds(gpu_scene.has_masked);
+  // With a mask, views are shaded one after the other.
+  if (plan.visibility_buffer)
+    visibility->expect_common(gpu_scene, plan.compute_shading && !plan.shadow_mask,
+                              shadow_mode(settings, false), plan.coverage_merge, plan.shadow_mask);
 }
 
 void ScenePasses::allocate_layers(const RendererSettings& settings, VkExtent2D extent) {
@@ -250,7 +275,10 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
   }
   if (plan.visibility_buffer) passes_.visibility->begin();
   if (plan.shadow_maps) passes_.shadows.begin_maps(map_sets_.size());
-  if (passes_.outputs) passes_.outputs->begin(images_of(request), source.gpu_scene);
+  if (passes_.outputs)
+    passes_.outputs->begin(
+        images_of(request, source.gpu_scene),
+        {source.scene, source.gpu_scene, source.settings.draw().label_alpha, source.edits});
   upload_globals();
   const bool is_bounded = plan.compute_shading && plan.forward;
   forward_area_ = is_bounded
@@ -264,6 +292,10 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
   const bool is_partial = is_bounded && !has_effects &&
                           passes_.visibility->tone_maps_other_pixels(source.gpu_scene, plan.ray_effects);
   hdr_area_ = is_partial ? forward_area_ : whole_area();
+}
+
+bool Frame::has_common_dispatches() const {
+  return map_sets_.size() > 1 || source_.views.size() >= kFewestCommonViews;
 }
 
 void Frame::upload_globals() {

@@ -60,10 +60,15 @@ struct ScenePasses {
   SceneUses uses_of(const RendererSettings& settings, const scene::Scene& scene) const;
   // Hands the targets to the passes that keep them. On a VulkanFailure none has any.
   void use(Targets& targets);
+  struct AllocatedScene {
+    GpuScene& gpu_scene;
+    const scene::Scene& scene;
+    const scene::SceneEdits* edits;  // null: none
+  };
   // Allocates the memory of an image, for targets in use. Edits of the frame may still change the plan;
   // recording then allocates the rest.
   void allocate(const RendererSettings& settings, const FrameRequest& request, const FramePlan& plan,
-                Targets& targets, GpuScene& gpu_scene);
+                Targets& targets, const AllocatedScene& scene);
   // Constants of a view. shadow_mask: shading reads it. map_set: see ShadowPass.
   gpu_types::Globals make_globals(const RendererSettings& settings, const GpuScene& gpu_scene,
                                   const Targets& targets, const View& view, bool shadow_mask,
@@ -72,6 +77,7 @@ struct ScenePasses {
   void allocate_layers(const RendererSettings& settings, VkExtent2D extent);
   uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
   void expect_shading(const RendererSettings& settings, const scene::Scene& scene);
+  void expect_common(const RendererSettings& settings, const FramePlan& plan, const GpuScene& gpu_scene);
 
   SharedPasses& shared;
   gpu::Device& device;
@@ -101,7 +107,10 @@ struct ImagePasses {
   TargetCache targets;
 };
 
-OutputsPass::Images images_of(const FrameRequest& request);
+// True if views may be drawn in one dispatch each pass: those of several worlds, and several of one where
+// that pays. Their pipelines are compiled on first need, before the recording.
+bool may_have_common_dispatches(const FrameRequest& request, const GpuScene& scene);
+OutputsPass::Images images_of(const FrameRequest& request, const GpuScene& scene);
 
 // Resources and values of the image.
 struct FrameSource {
@@ -157,11 +166,7 @@ class Frame {
   std::vector<VkDeviceAddress> globals_;  // per view
   ShadowPass::MapSets map_sets_;          // of the shown worlds
   std::vector<uint32_t> map_set_of_;      // by view
-  // Several views in one dispatch each, where they pay: their pipelines are compiled on first use.
-  bool has_common_dispatches() const {
-    constexpr size_t kFewest = 4;
-    return map_sets_.size() > 1 || source_.views.size() >= kFewest;
-  }
+  bool has_common_dispatches() const;
   gpu::StagingRing* common() const { return has_common_dispatches() ? &source_.staging : nullptr; }
   VkRect2D forward_area_{};          // bounds of the forward draws
   bool has_sorted_markers_ = false;  // draw_forward() has drawn all but the overlaid ones

@@ -8,10 +8,9 @@
 #include "protocol/wire/image_outputs.h"
 #include "renderer/gpu/device/vk.h"
 #include "renderer/passes/debug/inspection.h"
+#include "renderer/passes/outputs/camera_history.h"
 
 namespace fire3dv::passes {
-
-struct CameraHistory;
 
 using wire::ImageOutput;
 using wire::ImageOutputs;
@@ -32,8 +31,9 @@ struct FrameRequest {
   // Flow from the earlier image of this history to this one, which has motion and occlusion: see
   // SceneRenderer::flow(). Of a single view. Null: none.
   std::shared_ptr<const CameraHistory> flow_from = nullptr;
-  bool keeps_surfaces = false;  // in the history of a single view, for flow to a later image
-  bool has_history = true;      // motion and occlusion of later images compare themselves with this one
+  bool keeps_surfaces = false;   // in the history of a single view, for flow to a later image
+  bool has_history = true;       // motion and occlusion of later images compare themselves with this one
+  ReplacedMemory replaced = {};  // what record() replaces in the histories; their limits leave it out
   // The view has a lens, which may be new since set_scene(). begin_next() sees it by itself; images of
   // several views have none.
   bool lens = false;
@@ -49,6 +49,7 @@ struct FrameRequest {
 enum class Shortage : uint8_t {
   none,
   unsupported_outputs,
+  too_many_views,
   motion_snapshots,  // camera histories reference too many transform snapshots, or too many depths
   device_memory,
 };

@@ -1,5 +1,6 @@
 #include "renderer/passes/scene_renderer.h"
 
+#include <algorithm>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -100,8 +101,10 @@ void SceneRenderer::set_scene(const scene::Scene& scene, uint32_t worlds) {
 }
 
 void SceneRenderer::set_scene(const scene::Scene& scene, const scene::Derived& derived, uint32_t worlds) {
+  FIRE3DV_ASSERT(worlds <= kMaxWorlds);
   ScenePasses& passes = still_->passes;
   passes.expect_scene(settings_, scene);
+  if (worlds > 1) shared_->transforms.expect_worlds();
   SceneUses uses = passes.uses_of(settings_, scene);
   uses.worlds = worlds;
   auto gpu_scene = std::make_unique<GpuScene>(device_, scene, derived, shared_->scene_set_layout.get(),
@@ -139,18 +142,30 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
     reason = Shortage::unsupported_outputs;
     return can.error();
   }
+  // Views are stacked in one image, and one dispatch draws all of them.
+  const VkPhysicalDeviceLimits& device_limits = device_.limits();
+  const uint32_t most_views =
+      std::min(device_limits.maxImageDimension2D / std::max(request.extent.height, 1u),
+               device_limits.maxComputeWorkGroupCount[2]);
+  if (request.views > 1 && request.views > most_views) {
+    reason = Shortage::too_many_views;
+    return Error{counted(request.views, "view") + " of " + std::to_string(request.extent.width) + " x " +
+                 std::to_string(request.extent.height) +
+                 " pixels do not fit one image of this device: take at most " + std::to_string(most_views) +
+                 " at once"};
+  }
   drawn_ = &passes_for(request);
   ScenePasses& passes = drawn_->passes;
   TargetCache& targets = drawn_->targets;
   if (request.scene == SceneUpdate::update && still_->passes.outputs)
     still_->passes.outputs->invalidate_snapshot();
-  if (passes.outputs && request.has_history &&
-      !passes.outputs->has_room_for_histories(images_of(request), *gpu_scene_)) {
-    reason = Shortage::motion_snapshots;
-    return Error{
-        "the device keeps where everything was, and what it hid, for images of other frames that want "
-        "motion or occlusion, and has no room for more; ask for them with every frame, or in fewer or "
-        "smaller requests"};
+  if (passes.outputs && request.has_history) {
+    Result<void> has_room =
+        passes.outputs->check_room_for_histories(images_of(request, *gpu_scene_), *gpu_scene_);
+    if (!has_room) {
+      reason = Shortage::motion_snapshots;
+      return has_room.error();
+    }
   }
   if (request.outputs.has(wire::kAmodal) &&
       silhouette_bytes(gpu_scene_->mesh_node_count, request.extent.width, request.extent.height) >
@@ -170,7 +185,7 @@ Result<PreparedFrame> SceneRenderer::prepare(const FrameRequest& request, Shorta
         [&passes](Targets& selected) { passes.use(selected); });
     usable.inspection = available(request.inspection, request.outputs);
     const FramePlan plan = plan_frame(facts(usable), usable.outputs, usable.inspection, usable.views);
-    passes.allocate(drawn_->settings, usable, plan, *targets.current(), *gpu_scene_);
+    passes.allocate(drawn_->settings, usable, plan, *targets.current(), {*gpu_scene_, *scene_, edits_});
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
     reason = Shortage::device_memory;

@@ -72,6 +72,7 @@ struct Case {
   uint32_t samples;
   settings::ShadowMethod shadows;
   bool fxaa = false;
+  uint32_t views = kViews;
 };
 class ManyCameras : public ValidationIsSilent, public ::testing::WithParamInterface<Case> {};
 class MoreCameras : public ValidationIsSilent {};
@@ -81,19 +82,20 @@ TEST_P(ManyCameras, BatchMatchesSingleImages) {
   state::PoseState poses(scene);
   state::RestPose moved = state::rest_pose(scene);
   moved.parent_from_node[1] = moved.world_from_node[1] = at({0.3f, 0.9f, 0.2f});
-  const std::vector<passes::View> views = test::views();
+  std::vector<passes::View> views = test::views();
+  views.resize(GetParam().views);
   wire::ImageOutputs outputs = wire::ImageOutputs::all_planes();
   outputs.remove(wire::kColorLinearF16);
   const settings::DrawSettings settings =
       settings_of(GetParam().samples, GetParam().shadows, GetParam().fxaa);
   RenderBench one(scene, kCamerasExtent, settings);
   RenderBench many(scene, kCamerasExtent, settings);
-  std::vector<passes::CameraHistory> histories(kViews), histories_alone(kViews);
+  std::vector<passes::CameraHistory> histories(views.size()), histories_alone(views.size());
   for (int image = 0; image < 2; ++image) {
     const Taken all = many.take(poses, views, outputs, histories);
-    ASSERT_EQ(all.image.height, kCamerasExtent.height * kViews);
+    ASSERT_EQ(all.image.height, kCamerasExtent.height * views.size());
     constexpr size_t kPixels = size_t{kCamerasExtent.width} * kCamerasExtent.height;
-    for (uint32_t v = 0; v < kViews; ++v) {
+    for (uint32_t v = 0; v < views.size(); ++v) {
       SCOPED_TRACE(v);
       const Taken alone = one.take(poses, views[v], outputs, &histories_alone[v]);
       EXPECT_EQ(part(all.image.rgba8, v, 4 * kPixels), alone.image.rgba8);
@@ -106,13 +108,14 @@ TEST_P(ManyCameras, BatchMatchesSingleImages) {
     poses.set_rest(moved);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Ways, ManyCameras,
-                         ::testing::Values(Case{1, settings::ShadowMethod::off},
-                                           Case{4, settings::ShadowMethod::off},
-                                           Case{4, settings::ShadowMethod::map},
-                                           Case{1, settings::ShadowMethod::ray},
-                                           Case{1, settings::ShadowMethod::off, true},
-                                           Case{4, settings::ShadowMethod::map, true}));
+INSTANTIATE_TEST_SUITE_P(
+    Ways, ManyCameras,
+    ::testing::Values(Case{1, settings::ShadowMethod::off}, Case{4, settings::ShadowMethod::off},
+                      Case{4, settings::ShadowMethod::map}, Case{1, settings::ShadowMethod::ray},
+                      Case{1, settings::ShadowMethod::off, true}, Case{4, settings::ShadowMethod::map, true},
+                      // So few have a dispatch each.
+                      Case{1, settings::ShadowMethod::off, false, 2},
+                      Case{4, settings::ShadowMethod::map, true, 2}));
 
 // Edges that cross the borders between images in the stack, and taps that follow them: stripes of high
 // contrast, of odd sizes.
@@ -185,6 +188,21 @@ TEST_F(MoreCameras, FrameHasSeveralImageSizes) {
   const size_t half = taken[1].size() / 2;
   EXPECT_EQ(part(taken[1], 0, half), first_alone.rgba8);
   EXPECT_EQ(part(taken[1], 1, half), second_alone.rgba8);
+}
+
+// More views than one image holds: the error has the number that fits.
+TEST_F(MoreCameras, TooManyViewsAreRefused) {
+  const scene::Scene scene = cameras_stage();
+  RenderBench bench(scene, kCamerasExtent);
+  const uint32_t fitting = device().limits().maxImageDimension2D / 4096;
+  passes::Shortage shortage{};
+  const Result<passes::PreparedFrame> prepared =
+      bench.renderer().prepare({.extent = {16, 4096}, .views = fitting + 1}, &shortage);
+  ASSERT_FALSE(prepared);
+  EXPECT_EQ(shortage, passes::Shortage::too_many_views);
+  EXPECT_NE(prepared.error().message.find("at most " + std::to_string(fitting) + " at once"),
+            std::string::npos)
+      << prepared.error().message;
 }
 
 TEST_F(MoreCameras, ImpossibleImagesAreRefused) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <span>
 
 namespace fire3dv::gpu {
 struct Buffer;
@@ -29,5 +30,17 @@ struct CameraHistory {
   glm::vec3 world_from_ndc_x{0}, world_from_ndc_y{0}, world_from_ndc_origin{0};  // as in View
   uint64_t scene = 0;  // SceneRenderer's count of scenes; 0: no image yet
 };
+
+// Memory that only certain histories reference, and that their next images replace.
+struct ReplacedMemory {
+  uint32_t depths = 0;
+  bool poses = false;
+};
+
+// True if the camera's next image, of this size, may write its depth over that of the history: no other
+// history references it.
+bool can_replace_depth(const CameraHistory& history, glm::uvec2 image_px);
+// What the next images of these cameras replace if they are recorded together. image_px: size of each.
+ReplacedMemory replaced_by(std::span<const CameraHistory* const> histories, glm::uvec2 image_px);
 
 }  // namespace fire3dv::passes

@@ -71,6 +71,11 @@ std::vector<ByteRange> hidden_vertices(const GpuScene& scene, const DeformingVer
   return ranges;
 }
 
+// Depths that no history has yet.
+uint32_t new_depths(const OutputsPass::Images& images) {
+  return images.views - std::min(images.views, images.replaced.depths);
+}
+
 std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::PartLabels> labels;
   for (const uint32_t node : gpu_scene.nodes_of_parts())
@@ -86,22 +91,23 @@ OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t 
       silhouettes_(device, layout, samples),
       flow_(device, layout, samples),
       samples_(samples) {
-  for (const bool common : {false, true}) {
-    ShaderVariant variant;
-    variant.several_worlds = common;
-    const auto make = [&](const char* shader) {
-      return gpu::create_compute_pipeline(device, layout,
-                                          shader + std::string(samples == 4 ? "_4" : "_1") + ".comp",
-                                          gpu::Compile::on_first_use, variant.constants());
-    };
-    pipelines_[0][common] = make("outputs");
-    pipelines_[1][common] = make("outputs_surface");
-  }
+  for (const bool surfaces : {false, true}) make_pipeline(surfaces, false, gpu::Compile::on_first_use);
 }
 
-bool OutputsPass::has_room_for_histories(const Images& images, const GpuScene& scene) const {
+void OutputsPass::make_pipeline(bool surfaces, bool common, gpu::Compile when) {
+  gpu::Pipeline& pipeline = pipelines_[surfaces][common];
+  if (pipeline) return;
+  ShaderVariant variant;
+  variant.several_worlds = common;
+  const std::string shader =
+      std::string(surfaces ? "outputs_surface" : "outputs") + (samples_ == 4 ? "_4.comp" : "_1.comp");
+  pipeline = gpu::create_compute_pipeline(device_, layout_, shader, when, variant.constants());
+}
+
+Result<void> OutputsPass::check_room_for_histories(const Images& images, const GpuScene& scene) const {
   const ImageOutputs& outputs = images.outputs;
   const auto has_room = [](const Pool& pool, size_t more, VkDeviceSize bytes) {
+    if (more == 0) return true;
     VkDeviceSize all_bytes = more * bytes;
     for (const auto& buffer : pool) {
       if (buffer.use_count() == 1) continue;
@@ -110,11 +116,20 @@ bool OutputsPass::has_room_for_histories(const Images& images, const GpuScene& s
     }
     return more <= kMinHistories || all_bytes <= kMaxHistoryBytes;
   };
-  if (outputs.needs_last_image() && !current_snapshot_ && !has_room(snapshots_, 1, snapshot_bytes(scene)))
-    return false;
-  if (images.keeps_surfaces && !has_room(surfaces_, 1, surfaces_bytes(images.extent))) return false;
+  const std::string limit = std::to_string(kMaxHistoryBytes >> 20) + " MiB";
+  const bool needs_poses = outputs.needs_last_image() && !current_snapshot_ && !images.replaced.poses;
+  if (needs_poses && !has_room(snapshots_, 1, snapshot_bytes(scene)))
+    return Error{"images with motion or occlusion that were drawn at different moments keep more than " +
+                 limit +
+                 " of poses on the device: request these outputs with every frame, or in fewer requests"};
+  if (images.keeps_surfaces && !has_room(surfaces_, 1, surfaces_bytes(images.extent)))
+    return Error{"images that flow is measured from keep more than " + limit +
+                 " of surfaces on the device: choose smaller images, or fewer frames between two of them"};
   const VkDeviceSize depth_bytes = VkDeviceSize{sizeof(float)} * images.extent.width * images.extent.height;
-  return !outputs.has(wire::kOcclusionU32) || has_room(depths_, images.views, depth_bytes);
+  if (outputs.has(wire::kOcclusionU32) && !has_room(depths_, new_depths(images), depth_bytes))
+    return Error{"images with occlusion keep more than " + limit +
+                 " of depths on the device: request occlusion of fewer or smaller images"};
+  return {};
 }
 
 // Returns a buffer that no history references.
@@ -129,18 +144,22 @@ std::shared_ptr<gpu::Buffer> OutputsPass::take_free(Pool& pool, VkDeviceSize byt
       gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device)));
 }
 
-void OutputsPass::begin(const Images& images, const GpuScene& scene) {
+void OutputsPass::begin(const Images& images, const SilhouettesPass::Shown& shown) {
+  const GpuScene& scene = shown.gpu_scene;
   const ImageOutputs& outputs = images.outputs;
   extent_ = images.extent;
   if (images.has_history && outputs.needs_last_image() && !current_snapshot_)
     (void)take_free(snapshots_, snapshot_bytes(scene));
   if (images.has_history && outputs.has(wire::kOcclusionU32)) {
     Pool taken;
-    while (taken.size() < images.views) taken.push_back(take_free(depths_, view_bytes(wire::kDepthF32)));
+    while (taken.size() < new_depths(images))
+      taken.push_back(take_free(depths_, view_bytes(wire::kDepthF32)));
   }
   if (images.keeps_surfaces) (void)take_free(surfaces_, surfaces_bytes(extent_));
   if (images.has_flow) flow_.make_room(extent_);
-  if (outputs.has_id_planes()) silhouettes_.make_room(scene, extent_, images.views);
+  if (images.common && outputs.has_id_planes())
+    make_pipeline(outputs.has_surface_planes(), true, gpu::Compile::next);
+  if (outputs.has_id_planes()) silhouettes_.make_room(shown, extent_, images.views);
   places_ = lay_out_planes(outputs, extent_.width, extent_.height * images.views);
   if (outputs.has(wire::kAmodal))
     add_silhouettes(places_, scene.mesh_node_count, extent_.width, extent_.height);
@@ -216,9 +235,11 @@ gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint
 void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
                          std::span<CameraHistory> histories) {
   if (!labels_) upload_labels(recorder, staging, source);
-  const SilhouettesPass::Source shapes{source.scene,   source.gpu_scene,   source.visibility,
-                                       source.globals, source.label_alpha, extent_,
-                                       source.edits};
+  const SilhouettesPass::Source shapes{{source.scene, source.gpu_scene, source.label_alpha, source.edits},
+                                       source.gpu_scene,
+                                       source.visibility,
+                                       source.globals,
+                                       extent_};
   gpu::Buffer* const labelled = silhouettes_.overlay_blended(recorder, staging, shapes);
   write(recorder, staging, source, labelled ? *labelled : source.visibility, histories);
   for (const PlaneRange& place : places_) {
@@ -344,13 +365,15 @@ void OutputsPass::mark_hidden(gpu::Recorder& recorder, GpuScene& scene) {
   if (std::ranges::find(scene.hidden, true) == scene.hidden.end()) return;
   const VkDeviceSize node_bytes = node_snapshot_bytes(scene);
   const DeformingVertices deforming = deforming_vertices(scene);
+  const std::vector<ByteRange> transforms = hidden_transforms(scene),
+                               vertices = hidden_vertices(scene, deforming);
   recorder.pass("mark hidden", {Use(*current_snapshot_, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
                   for (uint32_t world = 0; world < scene.world_count; ++world) {
-                    for (const ByteRange& range : hidden_transforms(scene))
+                    for (const ByteRange& range : transforms)
                       vkCmdFillBuffer(commands, current_snapshot_->get(),
                                       world * scene.node_bytes + range.offset, range.bytes, FIRE3DV_NO_PLACE);
-                    for (const ByteRange& range : hidden_vertices(scene, deforming))
+                    for (const ByteRange& range : vertices)
                       vkCmdFillBuffer(commands, current_snapshot_->get(),
                                       node_bytes + world * deforming.bytes + range.offset, range.bytes,
                                       FIRE3DV_NO_PLACE);
@@ -363,7 +386,9 @@ void OutputsPass::keep_depths(gpu::Recorder& recorder, std::span<CameraHistory> 
   const VkDeviceSize first = address_of(wire::kDepthF32) - planes_.address;
   std::vector<Use> uses{Use(planes_, access::transfer_read)};
   for (CameraHistory& history : histories) {
-    history.depth = take_free(depths_, bytes);  // of begin()
+    // The depth of the last image was read by write().
+    if (!can_replace_depth(history, {extent_.width, extent_.height}))
+      history.depth = take_free(depths_, bytes);  // of begin()
     history.depth_size = {extent_.width, extent_.height};
     uses.emplace_back(*history.depth, access::transfer_write);
   }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/error.h"
 #include "renderer/gpu/frame_ring.h"
 #include "renderer/gpu/pipelines/pipeline.h"
 #include "renderer/passes/outputs/camera_history.h"
@@ -25,7 +26,12 @@ class OutputsPass {
   // samples: 1 or 4.
   OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples);
 
-  void set_scene() { ++scenes_, labels_ = {}; }  // a new scene is drawn from now on
+  // A new scene is drawn from now on.
+  void set_scene() {
+    ++scenes_;
+    labels_ = {};
+    silhouettes_.set_scene();
+  }
 
   // Reports that nodes have moved since the last record().
   void invalidate_snapshot() { current_snapshot_.reset(); }
@@ -36,13 +42,15 @@ class OutputsPass {
     uint32_t views;
     bool has_history;
     bool has_flow, keeps_surfaces;
+    ReplacedMemory replaced;  // by record(); see FrameRequest
+    bool common;              // record() may write all views in one dispatch
   };
-  // False when histories reference so many buffers that the memory limit leaves no room for those of these
-  // images.
-  bool has_room_for_histories(const Images& images, const GpuScene& scene) const;
+  // Returns an error when histories reference so many buffers that the memory limit leaves no room for those
+  // of these images.
+  Result<void> check_room_for_histories(const Images& images, const GpuScene& scene) const;
   // Allocates the planes, the motion snapshot and the depths of histories. Call it before any pass that
   // writes them; repeated calls are allowed. Planes of several views are stacked vertically.
-  void begin(const Images& images, const GpuScene& scene);
+  void begin(const Images& images, const SilhouettesPass::Shown& shown);
 
   // Source of the images.
   struct Source {
@@ -67,6 +75,7 @@ class OutputsPass {
   VkDeviceAddress address_of(ImageOutput output) const;  // 0: not requested
 
  private:
+  void make_pipeline(bool surfaces, bool common, gpu::Compile when);
   void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
   gpu_types::OutputsWanted make_parameters(const Source& source, uint32_t view,
                                            const CameraHistory* last) const;
@@ -86,7 +95,8 @@ class OutputsPass {
 
   gpu::Device& device_;
   VkPipelineLayout layout_;
-  // Without and with planes of materials, position and occlusion; a dispatch for each view, and for all.
+  // Without and with planes of materials, position and occlusion; a dispatch for each view, and for all:
+  // these are made by begin().
   gpu::Pipeline pipelines_[2][2];
   SilhouettesPass silhouettes_;
   FlowPass flow_;

@@ -20,9 +20,9 @@ float alpha_limit_of(const scene::Material& material, float label_alpha) {
   return std::max(std::nextafter(label_alpha, 2.0f), std::numeric_limits<float>::min());
 }
 
-std::vector<gpu_types::LabelPart> drawn_parts(const SilhouettesPass::Source& source) {
-  const scene::Scene& scene = source.scene;
-  const GpuScene& gpu_scene = source.gpu_scene;
+std::vector<gpu_types::LabelPart> drawn_parts(const SilhouettesPass::Shown& shown) {
+  const scene::Scene& scene = shown.scene;
+  const GpuScene& gpu_scene = shown.gpu_scene;
   std::vector<gpu_types::LabelPart> parts(gpu_scene.part_count, {FIRE3DV_NO_INDEX, 0, 0});
   uint32_t slot = 0;
   for (const uint32_t node : nodes_with_silhouettes(scene)) {
@@ -31,14 +31,22 @@ std::vector<gpu_types::LabelPart> drawn_parts(const SilhouettesPass::Source& sou
     for (uint32_t i = 0; i < mesh.primitive_count && !gpu_scene.is_hidden(node); ++i) {
       const scene::Primitive& primitive = scene.primitives[mesh.first_primitive + i];
       if (primitive.topology != scene::Topology::triangles) continue;
-      const float limit = alpha_limit_of(scene.materials[primitive.material], source.label_alpha);
-      if (limit > 0 && largest_alpha(scene, source.edits, node, primitive) < limit) continue;
+      const float limit = alpha_limit_of(scene.materials[primitive.material], shown.label_alpha);
+      if (limit > 0 && largest_alpha(scene, shown.edits, node, primitive) < limit) continue;
       const bool is_overlaid = (gpu_scene.part_flags[first_part + i] & FIRE3DV_PART_FORWARD_ONLY) != 0;
       parts[first_part + i] = {slot, is_overlaid ? 1u : 0u, limit};
     }
     ++slot;
   }
   return parts;
+}
+
+bool any_overlaid(const std::vector<gpu_types::LabelPart>& parts) {
+  return std::ranges::any_of(parts, [](const gpu_types::LabelPart& part) { return part.is_overlaid != 0; });
+}
+
+bool may_have_overlaid(const GpuScene& scene) {
+  return scene.has_forward_only && scene.has_blended_triangles;
 }
 
 }  // namespace
@@ -55,18 +63,19 @@ VkDeviceSize SilhouettesPass::view_bytes(VkExtent2D extent) const {
   return VkDeviceSize{8} * samples_ * extent.width * extent.height;
 }
 
-void SilhouettesPass::make_room(const GpuScene& scene, VkExtent2D extent, uint32_t views) {
-  if (scene.has_blended_triangles) gpu::grow_storage_buffer(device_, labelled_, views * view_bytes(extent));
+void SilhouettesPass::make_room(const Shown& shown, VkExtent2D extent, uint32_t views) {
+  const VkDeviceSize bytes = views * view_bytes(extent);
+  if (labelled_.size_bytes >= bytes || !may_have_overlaid(shown.gpu_scene)) return;
+  if (any_overlaid(drawn_parts(shown))) gpu::grow_storage_buffer(device_, labelled_, bytes);
 }
 
 gpu::Buffer* SilhouettesPass::overlay_blended(gpu::Recorder& recorder, gpu::StagingRing& staging,
                                               const Source& source) {
-  if (!source.gpu_scene.has_forward_only || !source.gpu_scene.has_blended_triangles) return nullptr;
-  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source);
-  if (std::ranges::none_of(parts, [](const gpu_types::LabelPart& part) { return part.is_overlaid != 0; }))
-    return nullptr;
+  if (!may_have_overlaid(source.gpu_scene)) return nullptr;
+  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source.shown);
+  if (!any_overlaid(parts)) return nullptr;
   const VkDeviceSize of_view = view_bytes(source.extent), bytes = of_view * source.globals.size();
-  FIRE3DV_ASSERT(labelled_.size_bytes >= bytes);  // make_room()
+  gpu::grow_storage_buffer(device_, labelled_, bytes);
   recorder.pass("copy ids",
                 {Use(source.visibility, access::transfer_read), Use(labelled_, access::transfer_write)},
                 [&](VkCommandBuffer commands) {
@@ -87,7 +96,7 @@ void SilhouettesPass::draw(gpu::Recorder& recorder, gpu::StagingRing& staging, c
                            const Bits& bits) {
   if (bits.bytes == 0) return;
   FIRE3DV_ASSERT(source.globals.size() == 1);
-  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source);
+  const std::vector<gpu_types::LabelPart> parts = drawn_parts(source.shown);
   const VkDeviceAddress of_parts = staging.write(std::span<const gpu_types::LabelPart>(parts)).address;
   recorder.pass("clear silhouettes", {Use(bits.buffer, access::transfer_write)},
                 [&](VkCommandBuffer commands) {

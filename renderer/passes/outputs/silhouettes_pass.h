@@ -18,18 +18,26 @@ class SilhouettesPass {
   // samples: 1 or 4, of the visibility buffer.
   SilhouettesPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples);
 
-  struct Source {
+  // What is drawn.
+  struct Shown {
     const scene::Scene& scene;
+    const GpuScene& gpu_scene;
+    float label_alpha;                         // blended surfaces with more alpha have labels
+    const scene::SceneEdits* edits = nullptr;  // null: none
+  };
+  struct Source {
+    Shown shown;
     GpuScene& gpu_scene;
     gpu::Buffer& visibility;
     std::span<const VkDeviceAddress> globals;  // per view
-    float label_alpha;                         // blended surfaces with more alpha have labels
     VkExtent2D extent;                         // of a view
-    const scene::SceneEdits* edits = nullptr;  // null: none
   };
 
-  // Allocates what overlay_blended() of such images needs.
-  void make_room(const GpuScene& scene, VkExtent2D extent, uint32_t views);
+  // Frees what overlay_blended() has allocated for the last scene.
+  void set_scene() { labelled_ = {}; }
+  // Allocates what overlay_blended() of such images needs. Edits of the frame may still change that;
+  // overlay_blended() then allocates it.
+  void make_room(const Shown& shown, VkExtent2D extent, uint32_t views);
   // Returns a copy of the visibility buffer with the blended surfaces, or null if none can have a label.
   // Borrowed until the next call.
   gpu::Buffer* overlay_blended(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);

@@ -162,6 +162,13 @@ void ClusterRaster::expect_masks() {
   make_raster(true, false, gpu::Compile::next);
 }
 
+void ClusterRaster::expect_common(bool masks) {
+  make_large(masks, true, gpu::Compile::next);
+  if (masks) make_raster(true, true, gpu::Compile::next);
+  make_raster(false, true, gpu::Compile::next);
+  make_cull(true, gpu::Compile::next);
+}
+
 // Measures both modes periodically and selects the faster one. The image is the same.
 bool ClusterRaster::culls_occluded(const Job& job) const {
   if (!pipelines_.hiz || job.view_count > 1) return false;
@@ -225,12 +232,7 @@ void ClusterRaster::begin(gpu::StagingRing& staging, const Job& job) {
   round_count_ = culls_occluded(job) ? 2 : 1;
   read_counts();
   allocate(job);
-  if (job.is_common()) {
-    make_cull(true, gpu::Compile::next);
-    make_raster(false, true, gpu::Compile::next);
-    if (job.scene->has_masked) make_raster(true, true, gpu::Compile::next);
-    make_large(job.scene->has_masked, true, gpu::Compile::next);
-  }
+  if (job.is_common()) expect_common(job.scene->has_masked);
   gpu_types::RasterSet set{};
   set.views = job.views;
   set.lists = lists_.address;

@@ -64,6 +64,8 @@ class ClusterRaster {
   };
   // Starts compilation of the pipelines for alpha-masked scenes, if missing.
   void expect_masks();
+  // The same for those that draw all views in common dispatches.
+  void expect_common(bool masks);
   // Sizes the lists for the job.
   void allocate(const Job& job);
   // Calls allocate and uploads the stages' common parameters.

@@ -178,6 +178,14 @@ TransformsPass::TransformsPass(gpu::Device& device, VkPipelineLayout layout)
   pipelines_[0] = gpu::create_compute_pipeline(device, layout, "transforms.comp");
 }
 
+void TransformsPass::expect_worlds() {
+  if (pipelines_[1]) return;
+  ShaderVariant variant;
+  variant.several_worlds = true;
+  pipelines_[1] = gpu::create_compute_pipeline(device_, layout_, "transforms.comp", gpu::Compile::next,
+                                               variant.constants());
+}
+
 void TransformsPass::upload_drives(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses) {
   VkDeviceSize stride = source_bytes_;
   bool has_changed = false;
@@ -297,12 +305,7 @@ void TransformsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, 
   const bool common = worlds.size() > 1;
   gpu_types::TransformsPush push = worlds[0];
   if (common) {
-    if (!pipelines_[1]) {
-      ShaderVariant variant;
-      variant.several_worlds = true;
-      pipelines_[1] = gpu::create_compute_pipeline(device_, layout_, "transforms.comp", gpu::Compile::next,
-                                                   variant.constants());
-    }
+    expect_worlds();
     push = {};
     push.sources = staging.write(std::span<const gpu_types::TransformsPush>(worlds)).address;
   }

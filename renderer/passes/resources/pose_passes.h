@@ -25,6 +25,8 @@ class TransformsPass {
   TransformsPass(gpu::Device& device, VkPipelineLayout layout);
 
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene, PosesOfWorlds poses);
+  // Starts compilation of the pipeline of several worlds, if missing.
+  void expect_worlds();
   // Resets the state for a new scene; all data is uploaded again.
   void invalidate() {
     worlds_.clear();

@@ -89,6 +89,20 @@ void ShadowPass::make_classify() {
       gpu::create_compute_pipeline(device_, layout_, samples_ == 4 ? "classify_4.comp" : "classify_1.comp");
 }
 
+void ShadowPass::make_light_views_of_worlds() {
+  if (pipelines_.light_views[1]) return;
+  ShaderVariant variant;
+  variant.several_worlds = true;
+  pipelines_.light_views[1] = gpu::create_compute_pipeline(device_, layout_, "light_views.comp",
+                                                           gpu::Compile::next, variant.constants());
+}
+
+void ShadowPass::expect_worlds(bool masks) {
+  if (!map_raster_) return;
+  map_raster_->expect_common(masks);
+  make_light_views_of_worlds();
+}
+
 // Limits maps and masks to a share of device memory, since peers choose the number of lights.
 ShadowLimits ShadowPass::shadow_limits() const {
   constexpr uint64_t kListShare = 8, kMapShare = 4, kMaskShare = 4;
@@ -333,12 +347,7 @@ void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& stagin
   const bool common = worlds.size() > 1;
   gpu_types::LightViewsPush push = worlds[0];
   if (common) {
-    if (!pipelines_.light_views[1]) {
-      ShaderVariant variant;
-      variant.several_worlds = true;
-      pipelines_.light_views[1] = gpu::create_compute_pipeline(device_, layout_, "light_views.comp",
-                                                               gpu::Compile::next, variant.constants());
-    }
+    make_light_views_of_worlds();
     push = {};
     push.globals = staging.write(std::span<const gpu_types::LightViewsPush>(worlds)).address;
   }

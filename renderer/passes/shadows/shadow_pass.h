@@ -30,6 +30,8 @@ class ShadowPass {
   void expect_masks() {
     if (map_raster_) map_raster_->expect_masks();
   }
+  // The same for pipelines that draw the maps of several worlds.
+  void expect_worlds(bool masks);
   // Sets new lights, or new shapes of lights. Without memory for their shadows they cast none.
   void set_lights_or_drop_shadows(const std::vector<scene::PlacedLight>& lights);
   // Selects planar casters among visible nodes.
@@ -92,6 +94,7 @@ class ShadowPass {
   };
 
   void make_classify();
+  void make_light_views_of_worlds();
   bool can_test_maps_while_shading(const ShadowPlan& plan) const;
   // On a VulkanFailure the earlier lights stay.
   void set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits);

@@ -126,20 +126,27 @@ ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scen
   return raster_;
 }
 
+bool VisibilityPass::merge_pays(const GpuScene& scene, bool traced) const {
+  const auto pixels = static_cast<double>(extent_.width) * extent_.height;
+  const double least = traced ? kMinTrianglesPerTracedPixel : kMinTrianglesPerPixel;
+  return merge_coverage_[0] && static_cast<double>(scene.lod0_triangle_count) >= least * pixels;
+}
+
+void VisibilityPass::make_common_merge() {
+  if (merge_coverage_[1]) return;
+  ShaderVariant variant;
+  variant.several_worlds = true;
+  merge_coverage_[1] = gpu::create_compute_pipeline(device_, layout_, "merge_coverage.comp",
+                                                    gpu::Compile::next, variant.constants());
+}
+
 void VisibilityPass::merge_coverage(gpu::Recorder& recorder, GpuScene& scene,
                                     std::span<const VkDeviceAddress> globals, bool traced,
                                     gpu::StagingRing* common) {
-  const auto pixels = static_cast<double>(extent_.width) * extent_.height;
-  const double least = traced ? kMinTrianglesPerTracedPixel : kMinTrianglesPerPixel;
-  if (!merge_coverage_[0] || static_cast<double>(scene.lod0_triangle_count) < least * pixels) return;
+  if (!merge_pays(scene, traced)) return;
   std::vector<gpu_types::CoverageMergePush> pushes;
   for (uint32_t view = 0; view < globals.size(); ++view) pushes.push_back({globals[view], address_of(view)});
-  if (common && !merge_coverage_[1]) {
-    ShaderVariant variant;
-    variant.several_worlds = true;
-    merge_coverage_[1] = gpu::create_compute_pipeline(device_, layout_, "merge_coverage.comp",
-                                                      gpu::Compile::next, variant.constants());
-  }
+  if (common) make_common_merge();
   uint32_t layers = 1;
   if (common) {
     layers = static_cast<uint32_t>(pushes.size());
@@ -196,6 +203,28 @@ void VisibilityPass::expect(const Shading& shading) {
   shade_pipeline(shading);
 }
 
+VisibilityPass::Shading VisibilityPass::shading_of(const GpuScene& scene, uint32_t shadows,
+                                                   bool writes_samples, bool ray_effects) {
+  Shading shading{!scene.has_extensions && !ray_effects,
+                  scene.has_textures,
+                  scene.has_second_uv,
+                  scene.material_flags,
+                  writes_samples,
+                  shadows};
+  shading.ray_effects = ray_effects;
+  return shading;
+}
+
+void VisibilityPass::expect_common(const GpuScene& scene, bool shades, uint32_t shadows, bool merges,
+                                   bool traced) {
+  if (merges && merge_pays(scene, traced)) make_common_merge();
+  raster_.expect_common(scene.has_masked);
+  if (!shades) return;
+  Shading shading = shading_of(scene, shadows, false, false);
+  shading.common = true;
+  shade_pipeline(shading);  // the slowest: compiled first
+}
+
 gpu_types::ShadePush VisibilityPass::shade_push(const Shaded& shaded, size_t index,
                                                 const settings::PostSettings& settings) const {
   const uint32_t view = shaded.first_view + static_cast<uint32_t>(index);
@@ -214,13 +243,7 @@ void VisibilityPass::record_shade(gpu::Recorder& recorder, const char* name, Sha
                                   Targets& targets, std::span<gpu_types::ShadePush> views,
                                   const Samples& samples, gpu::StagingRing* common) {
   const bool ray_effects = views[0].ray_effects != 0;
-  Shading shading{!scene.has_extensions && !ray_effects,
-                  scene.has_textures,
-                  scene.has_second_uv,
-                  scene.material_flags,
-                  samples.any,
-                  shadow_technique};
-  shading.ray_effects = ray_effects;
+  Shading shading = shading_of(scene, shadow_technique, samples.any, ray_effects);
   shading.common = common != nullptr;
   shading.tests_maps =
       what == Shades::all_and_lists || (what == Shades::listed && shares_pipeline_with_listed(shading));

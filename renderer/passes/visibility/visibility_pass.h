@@ -36,6 +36,9 @@ class VisibilityPass {
     bool common = false;       // all views in one dispatch
   };
   void expect(const Shading& shading);
+  // Starts compilation of the pipelines that draw all views in common dispatches, if missing. shades: with
+  // these shadows, as in Shaded. traced: as for merge_coverage().
+  void expect_common(const GpuScene& scene, bool shades, uint32_t shadows, bool merges, bool traced);
 
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
@@ -95,6 +98,9 @@ class VisibilityPass {
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index,
                                   const settings::PostSettings& settings) const;
   gpu::Pipeline& shade_pipeline(const Shading& shading);
+  static Shading shading_of(const GpuScene& scene, uint32_t shadows, bool writes_samples, bool ray_effects);
+  bool merge_pays(const GpuScene& scene, bool traced) const;
+  void make_common_merge();
   // True if one pipeline both lists unresolved pixels and re-shades them. A CPU compiles pipelines slowly; on
   // a GPU the combined pipeline would lower occupancy.
   bool shares_pipeline_with_listed(const Shading& shading) const {

@@ -226,8 +226,37 @@ TEST_F(Occlusion, DepthsOfHistoriesHaveALimit) {
   EXPECT_EQ(shortage, passes::Shortage::motion_snapshots);
   EXPECT_TRUE(bench.renderer().prepare({.extent = kLarge, .outputs = outputs, .has_history = false}))
       << "an image that no other follows needs no room";
+  // The next image of a known camera replaces its depth.
+  const passes::CameraHistory* const known = histories.data();
+  const passes::ReplacedMemory replaced =
+      passes::replaced_by(std::span(&known, 1), {kLarge.width, kLarge.height});
+  EXPECT_EQ(replaced.depths, 1u);
+  gpu::Recorder& recorder = bench.frames().begin();
+  const gpu::Buffer* const depth = histories[0].depth.get();
+  bench.renderer().record(bench.prepare({.outputs = outputs, .replaced = replaced}), recorder,
+                          bench.frames().staging(), poses, view, histories.data());
+  bench.frames().submit();
+  EXPECT_EQ(histories[0].depth.get(), depth);
+  const passes::CameraHistory copy = histories[1];
+  const passes::CameraHistory* const shared = &histories[1];
+  EXPECT_EQ(passes::replaced_by(std::span(&shared, 1), {kLarge.width, kLarge.height}).depths, 0u)
+      << "the copy needs it";
   histories.pop_back();
   EXPECT_TRUE(bench.renderer().prepare({.extent = kLarge, .outputs = outputs}, &shortage));
+}
+
+// A pose snapshot that one camera references is replaced by its next image; one of two cameras is not.
+TEST_F(Occlusion, ReplacedPosesAreThoseOfTheseCamerasAlone) {
+  const scene::Scene scene = plate_and_wall();
+  RenderBench bench(scene, kLabelExtent, plain());
+  const state::PoseState poses(scene);
+  const std::vector<passes::View> views(2, view_through(eye_at({0, 0, 4}, {0, 0, 0})));
+  std::vector<passes::CameraHistory> histories(2);
+  bench.take(poses, views, wire::with_sources(wire::ImageOutputs(wire::kMotion)), histories);
+  EXPECT_TRUE(bench.renderer().prepare({.extent = kLabelExtent}));  // the next frame
+  const std::vector<const passes::CameraHistory*> both{&histories[0], &histories[1]};
+  EXPECT_FALSE(passes::replaced_by(std::span(both).first(1), {}).poses);
+  EXPECT_TRUE(passes::replaced_by(both, {}).poses);
 }
 
 }  // namespace
