@@ -191,6 +191,7 @@ void publish_ball(state::PoseState& poses, const glm::vec3& position) {
 
 // Batches of many small images: one view of each world, in another order, with small shadow maps at coarse
 // levels.
+class Streams : public ValidationIsSilent {};
 class Batches : public ValidationIsSilent, public ::testing::WithParamInterface<uint32_t> {};
 
 TEST_P(Batches, EachWorldEqualsABatchOfItAlone) {
@@ -244,7 +245,38 @@ TEST_P(Batches, EachWorldEqualsABatchOfItAlone) {
   EXPECT_EQ(images.size(), count);  // alike worlds would prove nothing
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, Batches, ::testing::Values(1u, 2u, 33u));
+INSTANTIATE_TEST_SUITE_P(Worlds, Batches, ::testing::Values(2u, 33u));
+
+// Streams that come later lay out the poses of all worlds again: those of the others stay.
+TEST_F(Streams, LaterOnesLeaveThePosesOfOtherWorlds) {
+  const scene::Scene scene = swinging_scene();
+  settings::DrawSettings settings;
+  settings.samples = 1;
+  settings.shadows.method = settings::ShadowMethod::off;
+  settings.post.fxaa = false;
+  std::deque<state::PoseState> poses;
+  std::vector<const state::PoseState*> worlds;
+  for (uint32_t world = 0; world < kWorlds; ++world) worlds.push_back(&poses.emplace_back(scene));
+  const std::vector<passes::View> views = views_of_worlds();
+  constexpr size_t kBytes = size_t{4} * kWorldExtent.width * kWorldExtent.height;
+  RenderBench together(scene, kWorldExtent, settings), alone(scene, kWorldExtent, settings);
+  together.renderer().set_scene(scene, kWorlds);
+  Taken before = together.take(worlds, views, {});
+  for (uint32_t published = 0; published < kWorlds; ++published) {
+    publish_ball(poses[published], {0.4f * static_cast<float>(published) - 0.6f, 0.9f, 0});
+    const Taken all = together.take(worlds, views, {});
+    for (size_t v = 0; v < views.size(); ++v) {
+      SCOPED_TRACE("view " + std::to_string(v) + " after world " + std::to_string(published));
+      passes::View view = views[v];
+      view.world = 0;
+      alone.renderer().set_scene(scene);  // other poses with the same revisions
+      EXPECT_EQ(rows_of_view(all.image.rgba8, v, kBytes), alone.draw(poses[views[v].world], view).rgba8);
+      EXPECT_EQ(rows_of_view(all.image.rgba8, v, kBytes) != rows_of_view(before.image.rgba8, v, kBytes),
+                views[v].world == published);
+    }
+    before = all;
+  }
+}
 
 // A robot of five links on a floor, in a random pose.
 scene::Scene robot(uint32_t seed) {
