@@ -2,7 +2,9 @@
 """Makes the needle data set: the scene, a recording of sequences to train with and one of unseen sequences, and both as
 BOP data sets. What follows -- goes to fire3dv dataset, such as --ray-effects ao,reflections."""
 import argparse
+import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -27,7 +29,6 @@ def python(script, *words):
 
 def inputs(options):
     """The scene, and the two recordings. Tissue surfaces of the test are in no image of the training, if there are three or more."""
-    os.makedirs(options.out, exist_ok=True)
     last = options.tissues - 1
     unseen = min(2, last) if last > 1 else 0
     spans = {"train": (0, last - unseen), "test": (last - unseen + 1 if unseen else 0, last)}
@@ -35,19 +36,48 @@ def inputs(options):
     python("scene.py", os.path.join(options.out, "needle.glb"), "--environment", os.path.join(options.out, "cavity.hdr"), "--texels", options.texels,
            "--cells", options.cells, *common)
     for name, sequences, seed in (("train", options.sequences, options.seed), ("test", options.test_sequences, options.seed + 1)):
-        path = os.path.join(options.out, f"{name}.mcap")
-        if os.path.exists(path):
-            os.remove(path)
-        python("record.py", path, "--seed", seed, "--sequences", sequences, "--frames", options.frames, *common,
+        python("record.py", os.path.join(options.out, f"{name}.mcap"), "--seed", seed, "--sequences", sequences, "--frames", options.frames, *common,
                "--show", "{}-{}".format(*spans[name]), "--bin", options.bin)
+
+
+def begin(options):
+    """Makes the inputs, or finds those of the same options, with which an interrupted run continues."""
+    settings = {key: value for key, value in vars(options).items() if key not in ("out", "bin", "shards", "further")}
+    path = os.path.join(options.out, "settings.json")
+    if os.path.exists(options.out):
+        expect(os.path.exists(path), f"{options.out} is there already, and no unfinished data set: name another folder")
+        with open(path, encoding="utf-8") as file:
+            expect(json.load(file) == json.loads(json.dumps(settings)), f"{options.out} is of other options: name another folder")
+        print(f"{options.out}: scene and recordings are there already")
+        return
+    os.makedirs(options.out)
+    inputs(options)
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(settings, file)
+
+
+def in_shards(command, out, shards):
+    """Draws parts by several processes at once, and joins them."""
+    parts = [f"{out}.part{i + 1}" for i in range(shards)]
+    running = [subprocess.Popen([*command, "--out", part, "--shard", f"{i + 1}/{shards}"]) for i, part in enumerate(parts)]
+    expect(all([each.wait() == 0 for each in running]), "fire3dv dataset failed: see above")
+    call(command[0], "join", *parts, "--out", out)
+    for part in parts:
+        shutil.rmtree(part)
 
 
 def draw(options, name):
     path = [os.path.join(options.out, file) for file in (f"{name}.mcap", "needle.glb", "cavity.hdr", name)]
+    if os.path.exists(os.path.join(path[3], "index.html")):
+        return  # it is written last
     labelled = [scene.NEEDLE, scene.THREAD, *(part for each in scene.INSTRUMENTS for part in scene.parts(each))]
-    call(os.path.join(options.bin, "fire3dv"), "dataset", *path[:2], "--format", "bop", "--out", path[3], "--environment", path[2], *DRAWING,
-         "--size", "{}x{}".format(*options.size), *(word for view in scene.views(options.views) for word in ("--camera", view)),
-         *(word for node in labelled for word in ("--object", node)), *options.further)
+    command = [os.path.join(options.bin, "fire3dv"), "dataset", *path[:2], "--format", "bop", "--environment", path[2], *DRAWING,
+               "--size", "{}x{}".format(*options.size), *(word for view in scene.views(options.views) for word in ("--camera", view)),
+               *(word for node in labelled for word in ("--object", node)), *options.further]
+    if options.shards > 1:
+        in_shards(command, path[3], options.shards)
+    else:
+        call(*command, "--out", path[3])
 
 
 def main():
@@ -61,10 +91,11 @@ def main():
     parser.add_argument("--size", type=size, default="640x480")
     parser.add_argument("--texels", type=count, default=1024, help="side of the tissues' textures (default: %(default)s)")
     parser.add_argument("--cells", type=count, default=192, help="side of the tissues' grids (default: %(default)s)")
+    parser.add_argument("--shards", type=count, default=1, help="processes that draw at once; a GPU serves several (default: %(default)s)")
     scene.add_options(parser)
     parser.add_argument("further", nargs="*", metavar="OPTION", help="of fire3dv dataset, after --")
     options = parser.parse_args()
-    inputs(options)
+    begin(options)
     started = time.monotonic()
     for name in ("train", "test"):
         draw(options, name)

@@ -2,6 +2,8 @@
 """The scene of the needle data set, as one binary glTF file: a suturing needle, its thread and two instruments over
 tissue surfaces, of which each sequence shows one."""
 import argparse
+import concurrent.futures
+import functools
 import os
 import sys
 
@@ -40,11 +42,18 @@ def views(number):
     return [f"view {i}" for i in range(number)]
 
 
-def add_tissue(gltf, name, seed, texels, cells):
-    surface = tissue.Surface(seed)
-    color, rough, normal = (gltf.texture(png) for png in tissue.textures(surface, texels))
-    wet = gltf.material(1.0, clearcoat=0.35, baseColorTexture=color, metallicRoughnessTexture=rough, normalTexture=normal)
-    gltf.node(name, tissue.mesh(surface, cells), wet, CLASSES["tissue"])
+def make_textures(texels, seed):
+    return tissue.textures(tissue.Surface(seed), texels)
+
+
+def add_tissues(gltf, number, texels, cells):
+    seeds = range(1, number + 1)
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        made = list(pool.map(functools.partial(make_textures, texels), seeds))
+    for name, seed, files in zip(surfaces(number), seeds, made):
+        color, rough, normal = (gltf.texture(png) for png in files)
+        wet = gltf.material(1.0, clearcoat=0.35, baseColorTexture=color, metallicRoughnessTexture=rough, normalTexture=normal)
+        gltf.node(name, tissue.mesh(tissue.Surface(seed), cells), wet, CLASSES["tissue"])
 
 
 def add_thread(gltf, material):
@@ -69,8 +78,7 @@ def write_scene(path, tissue_count, view_count, texels, cells):
         for part, made in zip(parts(name), meshes):
             gltf.node(part, made, None, CLASSES["instrument"])
     add_thread(gltf, fibre)
-    for i, name in enumerate(surfaces(tissue_count)):
-        add_tissue(gltf, name, i + 1, texels, cells)
+    add_tissues(gltf, tissue_count, texels, cells)
     gltf.document["cameras"] = [{"type": "perspective", "perspective": {"yfov": FOV_RAD, "znear": 0.002}}]
     for i, name in enumerate(views(view_count)):
         gltf.node(name, camera=0, translation=[0.02 * i, 0.07, 0.05], rotation=[-0.42, 0, 0, 0.9075])

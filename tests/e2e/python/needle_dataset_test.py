@@ -17,6 +17,7 @@ sys.path[:0] = [EXAMPLE, os.path.join(TESTS, "../dataset")]
 import bop
 import motion
 import poses
+import train
 from label_readers import BopImage, check_bop, pixels_of, read_json
 from dataset_runs import lines_of, names_of, tree
 
@@ -40,10 +41,10 @@ def script(test, name, *words, code=0):
     return program.stderr_text()
 
 
-def made(test, name):
+def made(test, name, *more):
     folder = test.path(name)
     script(test, "make.py", *[{"needle": folder}.get(word, word) for word in make_command()], "--bin", os.path.dirname(test.programs_at["fire3dv"]),
-           *SMALL, "--", "--cache", "off")
+           *SMALL, *more, "--", "--cache", "off")
     return folder
 
 
@@ -91,11 +92,20 @@ def expect_labels(folder):
             check(redness[mask].mean() < 0.8 * redness.mean(), f"{each['file']}: the needle is not where its mask is")
 
 
+def expect_training_set(folder):
+    """Images of the network, decoded by several processes, in the order of their labels."""
+    read, vertices = train.read_set(os.path.join(folder, "train"))
+    wanted = bop.labels(os.path.join(folder, "train"), bop.objects(os.path.join(folder, "train"))["needle"], train.LEAST_VISIBLE)
+    check(len(read["images"]) == len(wanted) > 0 and len(vertices) > 500, f"{len(read['images'])} images")
+    for image, translation, each in zip(read["images"], read["translation"], wanted):
+        check((image == bop.read_png(each["file"])).all() and np.allclose(translation, each["translation"]), each["file"])
+
+
 def example(test):
     script(test, "make.py", "--size", "abc", code=2)
     said = script(test, "record.py", test.path("x.mcap"), "--tissues", "3", "--show", "1-3", code=2)
     check("the scene has the tissues 0 to 2 only" in said, said)
-    first, again = made(test, "first"), made(test, "again")
+    first, again = made(test, "first"), made(test, "again", "--shards", "2")
     unseen = motion.Sequence(2, 0, range(1, 3), VIEWS)
     states = expect_tip(os.path.join(first, "train"), motion.Sequence(1, 0, range(1), VIEWS)) + expect_tip(os.path.join(first, "test"), unseen)
     check("visible" in states, f"no image shows the tip: {states}")
@@ -110,6 +120,11 @@ def example(test):
                 check(rows[0] == rows[1], f"{name}: the same seed gives other pixels")
             else:
                 check(images[name] == others[name], f"{name}: the same seed gives other bytes")
+    said = script(test, "make.py", "--out", first, "--seed", "7", code=1)
+    check("is of other options: name another folder" in said, said)
+    expect_training_set(first)
+    said = script(test, "train.py", test.path("nothing"), code=1)
+    check("nothing" in said and "make.py makes the data set" in said, said)
     for folder in (first, again):
         manifest = read_json(os.path.join(folder, "train", "manifest.json"))
         check((manifest["frames"], manifest["cameras"]) == (FRAMES, VIEWS), f"{manifest}")
