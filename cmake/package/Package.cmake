@@ -114,7 +114,7 @@ waits, and every image says which simulation step it shows.
 This package contains the renderer, and programs that inspect, record and
 replay streams and convert URDF, SDF, MJCF and AMBF files to glTF.")
 fire3dv_package_programs(fire3dv fire3dv fire3dv-convert fire3dv-inspect fire3dv-record fire3dv-replay fire3dv-render
-                         fire3dv-doctor fire3dv-dataset fire3dv-relabel)
+                         fire3dv-doctor fire3dv-dataset fire3dv-relabel fire3dv-verify)
 fire3dv_install_desktop(share COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 fire3dv_install_service(/usr/bin COMPONENT package_fire3dv EXCLUDE_FROM_ALL)
 install(FILES CHANGELOG.md DESTINATION share/doc/fire3dv RENAME changelog COMPONENT package_fire3dv EXCLUDE_FROM_ALL)

@@ -30,7 +30,7 @@ run(strip --strip-debug --remove-section=.comment --enable-deterministic-archive
 file(GLOB folders ${stage}/package_fire3dv ${stage}/package_fire3dv-*)
 foreach(folder ${folders})
   file(GLOB programs ${folder}/usr/bin/*)
-  list(TRANSFORM programs REPLACE "/fire3dv$" "/fire3dv:render:dataset:relabel:join:doctor")
+  list(TRANSFORM programs REPLACE "/fire3dv$" "/fire3dv:render:dataset:relabel:join:verify:doctor")
   if(programs)
     set(share ${folder}/usr/share)
     execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS}

@@ -13,6 +13,7 @@
 #include "renderer/doctor/command/command.h"
 #include "renderer/offline/commands.h"
 #include "renderer/relabel/command.h"
+#include "renderer/verify/command.h"
 
 namespace {
 
@@ -42,6 +43,8 @@ int main(int argc, char** argv) {
   if (command == "dataset") return run_with(dataset::parse_dataset_options(argc, argv), dataset::run, 1);
   if (command == "relabel") return run_with(relabel::parse_relabel_options(argc, argv), relabel::run, 1);
   if (command == "join") return run_with(offline::parse_join_options(argc, argv), join, 1);
+  if (command == "verify")
+    return run_with(verify::parse_verify_options(argc, argv), verify::run, verify::kUnchecked);
   if (command == "doctor") return run_with(doctor::parse_options(argc, argv), doctor::run, std::nullopt);
   if (const auto drake = app::drake_arguments(argc, argv)) return report_failure(app::execute_drake(*drake));
   return run_with(app::parse_options(argc, argv), app::run, 0);

@@ -84,6 +84,7 @@ sinks::FrameImage CaptureQueue::convert(Capture&& capture, VkExtent2D extent,
   image.shown = std::move(capture.provenance.shown);
   image.path_traced = capture.provenance.path_traced;
   image.hidden_streams = std::move(capture.provenance.hidden_streams);
+  image.run_provenance = std::move(capture.provenance.run);
   const wire::ImageOutputs outputs = capture.outputs;
   const size_t color_bytes =
       outputs.has(wire::kColorSrgb8) ? size_t{4} * extent.width * extent.height : size_t{0};

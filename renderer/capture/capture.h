@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,7 +38,8 @@ struct Provenance {
   std::string camera;
   std::vector<state::FrameTag> shown;  // displayed pose frames
   std::optional<sinks::PathTraced> path_traced = std::nullopt;
-  std::vector<std::string> hidden_streams = {};  // whose content the image lacks
+  std::vector<std::string> hidden_streams = {};      // whose content the image lacks
+  std::shared_ptr<const std::string> run = nullptr;  // see sinks::encode_provenance()
 };
 
 // Settings and samples so far of the image that the renderer has traced, for Provenance. nullopt: raster.

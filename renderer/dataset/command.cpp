@@ -208,7 +208,7 @@ void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& cam
 
 }  // namespace
 
-int run(const DatasetOptions& options) {
+int run(const DatasetOptions& options, offline::ImageConsumer* consumer) {
   std::optional<Plan> plan;
   if (!options.randomize.empty()) {
     auto read = read_plan(options.randomize);
@@ -217,7 +217,7 @@ int run(const DatasetOptions& options) {
     plan->seed = options.seed;
   }
   LabelledImages images(options, make_layout(options.format), plan ? &*plan : nullptr);
-  return offline::render(options.run, &images);
+  return offline::render(options.run, &images, consumer);
 }
 
 }  // namespace fire3dv::dataset

@@ -8,10 +8,14 @@
 #include "base/error.h"
 #include "renderer/dataset/options.h"
 #include "renderer/offline/frame_format.h"
+#include "renderer/offline/image_consumer.h"
 
 namespace fire3dv::dataset {
 
-// Draws a data set. Returns the exit code.
-int run(const DatasetOptions& options);
+// Draws a data set. Returns the exit code. consumer: not null in place of the set's folder.
+int run(const DatasetOptions& options, offline::ImageConsumer* consumer);
+inline int run(const DatasetOptions& options) {
+  return run(options, nullptr);
+}
 
 }  // namespace fire3dv::dataset

@@ -36,6 +36,10 @@ class DatasetFormat final : public offline::FrameFormat {
   Result<offline::EncodedFrame> load(const std::filesystem::path& folder, uint64_t image,
                                      const std::string& line,
                                      const offline::Manifest& manifest) const override;
+  Result<std::vector<uint8_t>> read_file(const std::filesystem::path& folder, uint64_t image,
+                                         const std::string& name) const override {
+    return layout_->read_file(folder, image, name);
+  }
   bool needs_empty_folder() const override { return true; }
   Result<void> begin(const std::filesystem::path& folder) override;
   Result<void> complete(const std::filesystem::path& folder, const offline::FrameLines& lines) override;

@@ -22,17 +22,8 @@ constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rat
                                 "--depth-scale", "--shard", "--tar-size", "--flow-frames", "--randomize",
                                 "--seed",        "--images"};
 constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
+constexpr std::array kNotStored{"--out", "--keypoints", "--randomize", "--shard", "--help", "-h"};
 constexpr uint32_t kMaxFlowFrames = 1000;
-
-bool is_recording(const std::filesystem::path& path) {
-  if (lower_extension(path) == ".mcap") return true;
-  constexpr std::array<char, 8> kMagic{'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
-  std::array<char, 8> begin{};
-  std::error_code fault;
-  if (!std::filesystem::is_regular_file(path, fault)) return false;
-  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
-  return begin == kMagic;
-}
 
 // Name of an existing file or folder without the folders above it; other texts as they are.
 std::string without_folders(const std::string& word) {
@@ -72,6 +63,24 @@ std::string command_text(const char* command, int argc, char** argv) {
     }
   }
   return text + " --out DIR";
+}
+
+bool is_recording(const std::filesystem::path& path) {
+  if (lower_extension(path) == ".mcap") return true;
+  constexpr std::array<char, 8> kMagic{'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+  std::array<char, 8> begin{};
+  std::error_code fault;
+  if (!std::filesystem::is_regular_file(path, fault)) return false;
+  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+  return begin == kMagic;
+}
+
+bool is_stored_option(std::string_view name) {
+  const std::string word = "--" + std::string(name);
+  const auto is_in = [&](const auto& list) {
+    return std::find(list.begin(), list.end(), word) != list.end();
+  };
+  return (is_in(kWithValue) || is_in(kFlags)) && !is_in(kNotStored);
 }
 
 std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
@@ -130,6 +139,8 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
   options.run.drawing = std::move(std::get<offline::Drawing>(drawing).options);
   options.run.look = std::move(std::get<offline::Drawing>(drawing).look);
+  options.run.command = kCommand;
+  options.run.own = offline::stored_options(words.own, kWithValue, is_stored_option);
 
   const bool is_scene = options.run.recording.empty();
   options.run.rate = is_scene ? std::optional(offline::FrameRate{}) : std::nullopt;

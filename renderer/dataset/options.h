@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -31,6 +32,12 @@ struct DatasetOptions {
 // Command line for the README of a set: the same on all machines and for all parts, without shard, devices,
 // caches and the folders of inputs, and with a placeholder for the set's.
 std::string command_text(const char* command, int argc, char** argv);
+
+// True for a file that is a recording (MCAP), by its name or its first bytes.
+bool is_recording(const std::filesystem::path& path);
+
+// True for an option of `fire3dv dataset` itself that is stored in the provenance: it names no file.
+bool is_stored_option(std::string_view name);
 
 // Returns options or an exit code. argv[1] is the subcommand.
 std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv);

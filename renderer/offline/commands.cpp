@@ -19,6 +19,7 @@ namespace {
 // Options of this command; all others are renderer options.
 constexpr std::array kWithValue{"--fps", "--start", "--end",   "--clock",
                                 "--out", "--shard", "--codec", "--crf"};
+constexpr std::array kStored{"--fps", "--start", "--end", "--clock", "--codec", "--crf", "--full-chroma"};
 constexpr std::array kFlags{"--resume", "--full-chroma", "--help", "-h"};
 
 void add_video_options(CLI::App& app, VideoOptions& video) {
@@ -40,6 +41,10 @@ std::optional<std::string> check_out(const std::filesystem::path& out, const Vid
 }
 
 }  // namespace
+
+bool is_stored_option(std::string_view name) {
+  return std::find(kStored.begin(), kStored.end(), "--" + std::string(name)) != kStored.end();
+}
 
 std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   RenderOptions options;
@@ -77,6 +82,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
   options.drawing = std::move(std::get<Drawing>(drawing).options);
   options.look = std::move(std::get<Drawing>(drawing).look);
+  options.own = stored_options(words.own, kWithValue, is_stored_option);
 
   const auto rate = parse_frame_rate(fps);
   if (!rate) return refuse(rate.error().message);

@@ -6,13 +6,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 #include "renderer/app/options/options.h"
 #include "renderer/offline/frame_format.h"
+#include "renderer/offline/image_consumer.h"
 #include "renderer/offline/image_set.h"
 #include "renderer/offline/timeline.h"
+#include "renderer/sinks/run_provenance.h"
 
 namespace fire3dv::offline {
 
@@ -24,11 +27,15 @@ struct VideoOptions {
 };
 
 struct RenderOptions {
+  std::string command = "render";               // for the provenance of images
+  sinks::RunProvenance::Values own;             // options of the command itself, without files; also for it
   std::string recording;                        // empty: the scene at rest; `fire3dv dataset` only
   app::Options drawing;                         // scene, camera, size, device and appearance
   std::string look;                             // those drawing options that affect pixels
   std::optional<FrameRate> rate = FrameRate{};  // nullopt: each recorded frame
-  double start_s = 0;                           // after the first frame of the recording
+  // In place of rate, start_s and end_s, of a recording. Null: none.
+  std::function<Result<FrameTimes>(const Timeline& timeline)> choose_times;
+  double start_s = 0;  // after the first frame of the recording
   std::optional<double> end_s;
   std::optional<uint64_t> images;  // frames of a scene at rest; nullopt: one
   std::string clock;               // stream whose simulator time is used; empty: the first one's
@@ -44,13 +51,16 @@ struct JoinOptions {
   VideoOptions video;
 };
 
+// True for an option of `fire3dv render` itself that is stored in the provenance: it names no file.
+bool is_stored_option(std::string_view name);
+
 // Returns options or an exit code. argv[1] is the subcommand.
 std::variant<RenderOptions, int> parse_render_options(int argc, char** argv);
 std::variant<JoinOptions, int> parse_join_options(int argc, char** argv);
 
 // `fire3dv render`: renders a recording to a video or to a frame folder. Returns the exit code. set: not null
-// for data sets, into a folder.
-int render(const RenderOptions& options, ImageSet* set);
+// for data sets, into a folder. consumer: not null in place of options.out.
+int render(const RenderOptions& options, ImageSet* set, ImageConsumer* consumer = nullptr);
 inline int render(const RenderOptions& options) {
   return render(options, nullptr);
 }

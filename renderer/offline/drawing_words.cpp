@@ -109,6 +109,23 @@ Words split_words(int argc, char** argv, std::span<const char* const> with_value
   return words;
 }
 
+sinks::RunProvenance::Values stored_options(const std::vector<std::string>& own,
+                                            std::span<const char* const> with_value,
+                                            bool (*is_stored)(std::string_view name)) {
+  sinks::RunProvenance::Values stored;
+  for (size_t i = 0; i < own.size(); ++i) {
+    const std::string_view word = own[i];
+    const size_t equals = word.find('=');
+    const std::string_view option = word.substr(0, equals);
+    std::string value = equals == std::string_view::npos ? std::string() : own[i].substr(equals + 1);
+    if (equals == std::string_view::npos && contains(with_value, option) && i + 1 < own.size())
+      value = own[++i];
+    if (option.starts_with("--") && is_stored(option.substr(2)))
+      stored.emplace_back(option.substr(2), std::move(value));
+  }
+  return stored;
+}
+
 std::vector<std::string> without_machine_options(std::span<const std::string> words) {
   std::vector<std::string> kept;
   for (size_t i = 0; i < words.size(); ++i) {

@@ -5,10 +5,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 #include "renderer/app/options/options.h"
+#include "renderer/sinks/run_provenance.h"
 
 namespace fire3dv::offline {
 
@@ -21,6 +23,12 @@ struct Words {
 };
 Words split_words(int argc, char** argv, std::span<const char* const> with_value,
                   std::span<const char* const> flags);
+
+// Options of the command itself that the provenance of images stores, without dashes; flags have an empty
+// value.
+sinks::RunProvenance::Values stored_options(const std::vector<std::string>& own,
+                                            std::span<const char* const> with_value,
+                                            bool (*is_stored)(std::string_view name));
 
 // Parses the words of the renderer's options, without those that have no meaning offline. Returns them, or an
 // exit code after a printed error.

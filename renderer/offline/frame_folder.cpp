@@ -159,8 +159,9 @@ Result<void> FrameFolder::lock() {
   return {};
 }
 
-Result<void> FrameFolder::begin(const Machine& machine) {
+Result<void> FrameFolder::begin(const Machine& machine, const std::string& provenance) {
   manifest_.machine = machine;
+  if (!provenance.empty()) manifest_.provenance = provenance;
   for (const std::string_view name : {std::string_view("frame"), std::string_view(kManifestName)})
     base::remove_abandoned_temporaries(folder_, name);
   if (auto written = write_manifest(folder_, manifest_); !written) return written;

@@ -45,8 +45,9 @@ class FrameFolder final : public sinks::FrameSink {
   uint64_t existing_frames() const { return existing_.size(); }
   // Machine that rendered the existing frames; nullopt: there are none.
   const std::optional<Machine>& machine_before() const { return machine_before_; }
-  // Writes the manifest with the machine; must precede the first frame.
-  Result<void> begin(const Machine& machine);
+  // Writes the manifest with the machine; must precede the first frame. provenance: JSON; empty: that of the
+  // manifest stays.
+  Result<void> begin(const Machine& machine, const std::string& provenance = {});
 
   Result<void> consume(sinks::FrameImage&& image) override;
   // Copies a frame from another folder, together with its line there.

@@ -18,6 +18,11 @@ constexpr uint64_t kMaxFrameBytes = uint64_t{2} << 30;
 
 }  // namespace
 
+Result<std::vector<uint8_t>> FrameFormat::read_file(const fs::path& folder, uint64_t,
+                                                    const std::string& name) const {
+  return read_whole_file(folder / name, kMaxFrameBytes);
+}
+
 Result<EncodedFrame> PngFrames::encode(const sinks::FrameImage& image) {
   EncodedFrame frame;
   const std::string name = frame_file_name(image.frame_index);

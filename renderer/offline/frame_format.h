@@ -44,6 +44,9 @@ class FrameFormat {
   // Reads the files of a complete frame, for another folder.
   virtual Result<EncodedFrame> load(const std::filesystem::path& folder, uint64_t frame,
                                     const std::string& line, const Manifest& manifest) const = 0;
+  // Reads one of the files that encode() names, also from the files of a finished run. Untrusted bytes.
+  virtual Result<std::vector<uint8_t>> read_file(const std::filesystem::path& folder, uint64_t frame,
+                                                 const std::string& name) const;
   // True if a new run starts in an empty folder only: its names might be those of other files.
   virtual bool needs_empty_folder() const { return false; }
   // Creates sub-folders, and files that depend on no frame. Before the first frame.

@@ -1,7 +1,6 @@
 #include "renderer/offline/manifest.h"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <system_error>
@@ -20,6 +19,7 @@ using nlohmann::ordered_json;
 constexpr uint64_t kMaxManifestBytes = 1 << 20;
 constexpr const char* kFormat = "fire3dv frames";
 constexpr int kVersion = 1;
+constexpr int kMaxManifestNesting = 8;
 constexpr uint32_t kMaxShards = 100'000;
 constexpr const char* kRecordedRate = "recorded";
 constexpr size_t kMaxSettings = 64;  // look-ups are linear
@@ -100,6 +100,8 @@ bool parse(const ordered_json& json, Manifest& manifest) {
     if (!parsed) return false;
     manifest.times.rate = *parsed;
   }
+  if (const auto provenance = json.find("provenance"); provenance != json.end() && provenance->is_object())
+    manifest.provenance = provenance->dump(-1, ' ', true);
   return get(*machine, "device", manifest.machine.device) &&
          get(*machine, "driver", manifest.machine.driver) && get(*machine, "cpu", manifest.machine.cpu);
 }
@@ -146,9 +148,14 @@ Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folde
   if (!std::filesystem::exists(path, fault) && !fault) return std::optional<Manifest>();
   auto bytes = read_whole_file(path, kMaxManifestBytes);
   if (!bytes) return bytes.error();
-  const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), nullptr, false);
+  bool is_too_deep = false;  // texts of JSON are made recursively
+  const auto check_depth = [&](int depth, ordered_json::parse_event_t, ordered_json&) {
+    is_too_deep |= depth > kMaxManifestNesting;
+    return !is_too_deep;
+  };
+  const ordered_json json = ordered_json::parse(bytes->begin(), bytes->end(), check_depth, false);
   Manifest manifest;
-  if (json.is_discarded() || !parse(json, manifest))
+  if (is_too_deep || json.is_discarded() || !parse(json, manifest))
     return Error{path.string() +
                  " is not what fire3dv render writes: name another folder, or remove this one"};
   return std::optional(std::move(manifest));
@@ -171,18 +178,10 @@ Result<void> write_manifest(const std::filesystem::path& folder, const Manifest&
   json["machine"] = {{"device", printable_text(manifest.machine.device, 256)},
                      {"driver", printable_text(manifest.machine.driver, 256)},
                      {"cpu", printable_text(manifest.machine.cpu, 256)}};
+  if (!manifest.provenance.empty()) json["provenance"] = ordered_json::parse(manifest.provenance);
   const std::string text = json.dump(2) + "\n";
   const auto* const first = reinterpret_cast<const uint8_t*>(text.data());
   return write_whole_file(folder / kManifestName, {first, text.size()});
-}
-
-std::string cpu_name() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown";
 }
 
 }  // namespace fire3dv::offline

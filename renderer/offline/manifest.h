@@ -29,6 +29,7 @@ struct Manifest {
   uint32_t width = 0, height = 0;
   uint32_t shard = 1, shards = 1;
   Machine machine;
+  std::string provenance;  // JSON of sinks::encode_provenance(); empty: none, of earlier versions
 
   uint64_t images() const { return times.frames * cameras; }
   Part part() const { return part_of(images(), shard, shards); }  // of the images
@@ -49,7 +50,5 @@ std::string frame_file_name(uint64_t frame);  // frame_000123.png
 // Returns nullopt if the folder has no manifest. The error names the file.
 Result<std::optional<Manifest>> read_manifest(const std::filesystem::path& folder);
 Result<void> write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
-
-std::string cpu_name();  // of this machine
 
 }  // namespace fire3dv::offline

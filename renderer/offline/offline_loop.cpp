@@ -232,6 +232,7 @@ void OfflineLoop::capture(gpu::Recorder& recorder, uint64_t image, const passes:
                           const app::CameraRig::Placed& camera) {
   capture::Provenance provenance{image, view.camera, parts_.poses.shown(),
                                  capture::path_provenance(parts_.renderer)};
+  provenance.run = parts_.provenance;
   if (parts_.set) {
     std::optional<app::CameraRig::Placed> other;
     if (const auto number = parts_.set->other_of_pair(image % parts_.cameras.size()))

@@ -76,6 +76,7 @@ class OfflineLoop {
     state::RobotPose* robot = nullptr;
     ImageSet* set = nullptr;
     bool markers = true;
+    std::shared_ptr<const std::string> provenance = nullptr;  // of the run, for images; null: none
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 

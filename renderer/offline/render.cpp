@@ -14,6 +14,7 @@
 #include "base/process/stop_deadline.h"
 #include "protocol/wire/check.h"
 #include "renderer/app/device_uploader.h"
+#include "renderer/app/options/appearance_options.h"
 #include "renderer/app/start.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/camera/default_look.h"
@@ -85,6 +86,7 @@ Result<FrameTimes> choose_times(const Timeline* no_timeline, const RenderOptions
     return frame_times(first_ns, last_ns, options.rate.value_or(FrameRate{}));
   }
   const Timeline& timeline = *no_timeline;
+  if (options.choose_times) return options.choose_times(timeline);
   const int64_t length_ns = timeline.last_ns() - timeline.first_ns();
   const auto into = [&](double at_s) {
     return timeline.first_ns() + static_cast<int64_t>(std::llround(at_s * 1e9));
@@ -173,20 +175,60 @@ sinks::VideoSettings video_settings(const RenderOptions& options) {
   return settings;
 }
 
-// Destination of frames: a folder or a video.
+// Destination of frames: a consumer, a folder or a video.
 struct Output {
+  ImageConsumer* consumer = nullptr;
   std::unique_ptr<FrameFolder> folder;
   std::unique_ptr<sinks::VideoSink> video;
-  sinks::FrameSink& sink() { return folder ? static_cast<sinks::FrameSink&>(*folder) : *video; }
+  sinks::FrameSink& sink() {
+    if (consumer) return *consumer;
+    return folder ? static_cast<sinks::FrameSink&>(*folder) : *video;
+  }
+  bool is_wanted(uint64_t image) const {
+    return consumer ? consumer->is_wanted(image) : !folder || !folder->has(image);
+  }
 };
+
+// Without the machine, which is opened later.
+sinks::RunProvenance describe_run(const RenderOptions& options, const Manifest& manifest) {
+  sinks::RunProvenance provenance;
+  provenance.command = options.command;
+  provenance.build = sinks::this_build();
+  const auto add_file = [&](const char* name, const std::filesystem::path& path) {
+    if (!path.empty()) provenance.files.emplace_back(name, path.filename().string());
+  };
+  add_file("recording", options.recording);
+  add_file("scene", options.drawing.scene);
+  for (const auto& setting : manifest.settings) {
+    if (setting.first != "program" && setting.first != "look") provenance.inputs.push_back(setting);
+  }
+  provenance.options = options.own;
+  for (const auto& [name, value] : app::appearance_options(options.drawing)) {
+    if (!sinks::find_value(options.own, name)) provenance.options.emplace_back(name, value);
+  }
+  return provenance;
+}
+
+// Null, and a warning, if it is too long for images.
+std::shared_ptr<const std::string> encode_run(sinks::RunProvenance provenance, const Machine& machine) {
+  provenance.machine = {{"device", machine.device}, {"driver", machine.driver}, {"cpu", machine.cpu}};
+  auto text = sinks::encode_provenance(provenance);
+  if (!text)
+    log_message(
+        "warning: options and labels take more than 64 KiB: images carry no provenance, and fire3dv verify "
+        "cannot check them");
+  return text ? std::make_shared<const std::string>(std::move(*text)) : nullptr;
+}
 
 std::filesystem::path folder_of(const RenderOptions& options) {
   return options.resume ? std::filesystem::path(options.out.string() + ".frames") : options.out;
 }
 
 Result<Output> open_output(const RenderOptions& options, const Manifest& manifest,
-                           const std::shared_ptr<FrameFormat>& format) {
+                           const std::shared_ptr<FrameFormat>& format, ImageConsumer* consumer) {
   Output output;
+  output.consumer = consumer;
+  if (consumer) return output;
   if (format) {
     auto folder = FrameFolder::open(options.out, manifest, format);
     if (!folder) return folder.error();
@@ -222,9 +264,10 @@ void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
 
 class Render {
  public:
-  Render(const RenderOptions& options, ImageSet* set)
+  Render(const RenderOptions& options, ImageSet* set, ImageConsumer* consumer)
       : options_(options),
         set_(set),
+        consumer_(consumer),
         drawing_(options.drawing),
         cache_locations_(
             app::find_cache_locations(drawing_.cache, [](const char* name) { return std::getenv(name); })) {}
@@ -248,7 +291,9 @@ class Render {
 
   const RenderOptions& options_;
   ImageSet* const set_;
+  ImageConsumer* const consumer_;
   const app::Options& drawing_;
+  sinks::RunProvenance provenance_;
   const app::CacheLocations cache_locations_;
   state::EditDocument overlay_;
   std::unique_ptr<gpu::Instance> instance_;
@@ -312,7 +357,12 @@ Result<bool> Render::run() {
                    ? "; shard " + std::to_string(options_.shard) + " of " + std::to_string(options_.shards) +
                          " has " + std::to_string(part.frames) + ", from frame " + std::to_string(part.first)
                    : ""));
-  auto output = open_output(options_, *manifest, format);
+  provenance_ = describe_run(options_, *manifest);
+  if (consumer_) {
+    const auto begun = consumer_->begin(*manifest, provenance_, format);
+    if (!begun || !*begun) return begun;
+  }
+  auto output = open_output(options_, *manifest, format, consumer_);
   if (!output) return output.error();
   // A folder can be resumed; nothing is left of a video.
   const ExitTask finish_files([&output] {
@@ -336,7 +386,7 @@ Result<bool> Render::run() {
     }
     log_message(set_ ? "all images are there already" : "all frames are there already");
   }
-  if (set_) {
+  if (set_ && output->folder) {
     if (auto completed = output->folder->complete_run(); !completed) return completed.error();
   }
   if (options_.resume) return encode_and_clear(folder_of(options_), options_.out, options_.video);
@@ -429,8 +479,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   const bool has_additions = live.await_additions(app::stop_was_requested);
   for (const std::string& note : live.take_log_messages()) log_message(note);
   if (!has_additions) {
-    log_message(output.folder ? "stopped; the same command goes on from here"
-                              : "stopped; nothing is left of the video");
+    if (!consumer_)
+      log_message(output.folder ? "stopped; the same command goes on from here"
+                                : "stopped; nothing is left of the video");
     return false;
   }
   for (size_t i = 0; i < cameras->size(); ++i) {
@@ -460,12 +511,14 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   }
 
   const Part part = manifest.part();
+  const Machine machine{report.name, report.driver, sinks::cpu_name()};
+  const auto provenance = encode_run(provenance_, machine);
   if (output.folder) {
-    const Machine machine{report.name, report.driver, cpu_name()};
     warn_of_other_machine(*output.folder, machine);
     if (output.folder->existing_frames() > 0)
       log_message(counted(output.folder->existing_frames(), set_ ? "image" : "frame") + " are there already");
-    if (auto begun = output.folder->begin(machine); !begun) return begun.error();
+    if (auto begun = output.folder->begin(machine, provenance ? *provenance : ""); !begun)
+      return begun.error();
   }
   std::optional<app::PathCheckpoint> checkpoint;
   if (drawing_.draw.path && output.folder && drawing_.checkpoint_interval_s > 0)
@@ -473,9 +526,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   OfflineLoop loop({**device, *renderer, poses, streams ? &*streams : nullptr, live,
                     *animations ? &(*animations)->player : nullptr, *cameras, output.sink(),
                     checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr, set_,
-                    !set_ || drawing_.markers_in_data_sets},
+                    !set_ || drawing_.markers_in_data_sets, provenance},
                    manifest.times);
-  const auto is_wanted = [&](uint64_t frame) { return !output.folder || !output.folder->has(frame); };
+  const auto is_wanted = [&](uint64_t image) { return output.is_wanted(image); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
   if (streams && streams->left_out() != 0)
@@ -486,8 +539,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (auto finished = output.sink().finish(); !finished) return finished.error();
   }
   if (*drawn && checkpoint) checkpoint->remove();
-  log_message(counted(loop.images(), set_ ? "image" : "frame") + " drawn for " + options_.out.string());
-  if (!*drawn)
+  if (!consumer_)
+    log_message(counted(loop.images(), set_ ? "image" : "frame") + " drawn for " + options_.out.string());
+  if (!*drawn && !consumer_)
     log_message(output.folder ? "stopped; the same command goes on from here"
                               : "stopped; nothing is left of the video (--resume keeps what is drawn)");
   if (auto cached = pipelines.keep(); !cached) app::log_cache_error(cached.error());
@@ -496,14 +550,14 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 
 }  // namespace
 
-int render(const RenderOptions& options, ImageSet* set) {
+int render(const RenderOptions& options, ImageSet* set, ImageConsumer* consumer) {
   if (options.drawing.require_gpu) {
     if (Result<void> found = gpu::check_required_gpu(options.drawing.device); !found) {
       report_failure(found.error());
       return gpu::kNoGpuExitStatus;
     }
   }
-  Render rendering(options, set);
+  Render rendering(options, set, consumer);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});
   if (!done) return report_failure(done.error());

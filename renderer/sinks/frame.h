@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +53,9 @@ struct FrameImage {
   std::optional<Flow> flow_forward, flow_backward;  // to a later and an earlier image; nullopt: not requested
   uint64_t frame_index = 0;                         // of this run of the renderer, from 0
   std::string camera;
-  std::vector<state::FrameTag> shown;     // empty: the scene is at rest
-  std::optional<PathTraced> path_traced;  // nullopt: raster
+  std::vector<state::FrameTag> shown;                 // empty: the scene is at rest
+  std::optional<PathTraced> path_traced;              // nullopt: raster
+  std::shared_ptr<const std::string> run_provenance;  // see encode_provenance(); null: none
   // Streams whose content the image lacks, since it takes too much drawing time.
   std::vector<std::string> hidden_streams;
 };

@@ -10,10 +10,12 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <string_view>
 
 #include "base/numbers.h"
 #include "base/text.h"
+#include "renderer/sinks/run_provenance.h"
 
 namespace fire3dv::sinks {
 
@@ -202,7 +204,8 @@ Result<std::vector<uint8_t>> encode_png(const FrameImage& image) {
   std::vector<png_text> text(chunks.size());
   char no_language[] = "";
   for (size_t i = 0; i < chunks.size(); ++i) {
-    chunks[i].second = printable_text(chunks[i].second, kMaxTextBytes);
+    const bool is_provenance = chunks[i].first == kProvenanceKeyword;
+    chunks[i].second = printable_text(chunks[i].second, is_provenance ? kMaxProvenanceBytes : kMaxTextBytes);
     std::string& value = chunks[i].second;
     const bool ascii =
         std::all_of(value.begin(), value.end(), [](char c) { return static_cast<uint8_t>(c) < 0x80; });
@@ -287,6 +290,7 @@ TextChunks text_of(const FrameImage& image) {
   text.emplace_back("Software", "FIRE-3DV " FIRE3DV_VERSION);
   if (!image.camera.empty()) text.emplace_back("Camera", image.camera);
   text.emplace_back("Frame", std::to_string(image.frame_index));
+  if (image.run_provenance) text.emplace_back(kProvenanceKeyword, *image.run_provenance);
   if (image.path_traced) {
     text.emplace_back("Renderer", "path");
     text.emplace_back("SamplesPerPixel", std::to_string(image.path_traced->samples_per_pixel));
@@ -313,6 +317,7 @@ void apply_text(const TextChunks& text, FrameImage& image) {
   for (const auto& [keyword, value] : text) {
     if (keyword == "Camera") image.camera = value;
     if (keyword == "Frame") read_number(value, image.frame_index);
+    if (keyword == kProvenanceKeyword) image.run_provenance = std::make_shared<const std::string>(value);
     if (keyword == "HiddenStream") image.hidden_streams.push_back(value);
     if (keyword == "Streams") read_number(value, stream_count);
     if (keyword == "Renderer" && value == "path") image.path_traced.emplace();

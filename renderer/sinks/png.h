@@ -3,6 +3,7 @@
 //   Software     "FIRE-3DV", version of the renderer
 //   Camera       camera name; absent if the image has none
 //   Frame        index of the image in its run of the renderer, from 0
+//   Provenance   JSON: inputs, options, build and machine of the run (run_provenance.h); at most 64 KiB
 //   Renderer     "path" for path-traced images, with SamplesPerPixel, Bounces and Seed; absent for raster
 //   Streams      number of streams in the image; 0 = the scene at rest
 //   Stream       adapter name

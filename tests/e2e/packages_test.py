@@ -18,7 +18,7 @@ PROGRAMS = {"fire3dv": ["fire3dv", "fire3dv-convert", "fire3dv-inspect", "fire3d
             "fire3dv-examples": ["bullet_arm"], **{f"fire3dv-{name}": [f"fire3dv-{name}"] for name in optional}}
 LIB = f"usr/lib/{multiarch}"
 FILES = {  # beside programs, their manual pages and completions, copyright and changelog
-    "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/man/man1/fire3dv-doctor.1.gz", "usr/share/man/man1/fire3dv-dataset.1.gz", "usr/share/man/man1/fire3dv-relabel.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
+    "fire3dv": ["usr/share/man/man1/fire3dv-render.1.gz", "usr/share/man/man1/fire3dv-doctor.1.gz", "usr/share/man/man1/fire3dv-dataset.1.gz", "usr/share/man/man1/fire3dv-relabel.1.gz", "usr/share/man/man1/fire3dv-verify.1.gz", "usr/share/doc/fire3dv/changelog.gz", "usr/share/doc/fire3dv/NOTICE",
                 "usr/share/doc/fire3dv/README.md",
                 "usr/share/applications/fire3dv.desktop", "usr/share/applications/fire3dv-recording.desktop",
                 "usr/share/mime/packages/fire3dv.xml", "usr/share/metainfo/org.fire3dv.fire3dv.metainfo.xml",

@@ -407,7 +407,7 @@ Result<void> FrameLoop::draw() {
     captures_.record(recorder, context_.renderer, context_.options.outputs, context_.scene.scene(),
                      context_.poses,
                      {images_, view.camera, shown, capture::path_provenance(context_.renderer),
-                      context_.poses.hidden_streams()});
+                      context_.poses.hidden_streams(), context_.provenance});
   if (context_.window) {
     if (Result<void> drawn =
             context_.window->record(recorder, frames_.staging(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -60,6 +61,7 @@ struct FrameLoopContext {
   Recording* recording = nullptr;
   DocumentLoader* next = nullptr;  // a loaded document ends run()
   SceneReload* reload = nullptr;
+  std::shared_ptr<const std::string> provenance = nullptr;  // of the run, for images in files
 };
 
 class FrameLoop {

@@ -38,7 +38,9 @@ void RestMotion::animate(uint64_t images) {
     set_rest(animations_->at(timeline_->at(poses_.sim_time_ns())));
     return;
   }
-  const double now_s = static_cast<double>(images) / state::kHeadlessImagesPerSecond;
+  // In whole nanoseconds, as the times of offline runs, which draw the same images.
+  const uint64_t now_ns = images * 1'000'000'000 / state::kHeadlessImagesPerSecond;
+  const double now_s = static_cast<double>(now_ns) * 1e-9;
   set_rest(animations_->at(clock_.at(poses_.sim_time_ns(), now_s)));
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/command_line.h"
 #include "renderer/app/options/drawing_options.h"
 
 namespace fire3dv::app {

@@ -9,6 +9,7 @@
 #include "base/plural.h"
 #include "base/process/failure.h"
 #include "renderer/app/options/overlay_options.h"
+#include "renderer/app/run/live_provenance.h"
 #include "renderer/app/run/run_parts.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/browser/renderer_switch.h"
@@ -340,6 +341,13 @@ Result<void> Session::create_views() {
 
 Result<void> Session::create_loop() {
   sinks::FrameSink& sink = image_folder_ ? static_cast<sinks::FrameSink&>(*image_folder_) : no_files_;
+  std::shared_ptr<const std::string> provenance;
+  if (image_folder_ && !window_ && !application_.server) {  // else users change the view
+    auto described =
+        describe_live_run(options_, scene(), editor_->history().document(), application_.device.report());
+    if (!described) return described.error();
+    provenance = std::move(*described);
+  }
   loop_.emplace(FrameLoopContext{.device = application_.device,
                                  .renderer = *application_.renderer,
                                  .poses = *poses_,
@@ -360,7 +368,8 @@ Result<void> Session::create_loop() {
                                  .timeline = timeline_,
                                  .recording = recording_.get(),
                                  .next = &*next_,
-                                 .reload = reload_ ? &*reload_ : nullptr});
+                                 .reload = reload_ ? &*reload_ : nullptr,
+                                 .provenance = std::move(provenance)});
   return loop_->open_checkpoint();
 }
 

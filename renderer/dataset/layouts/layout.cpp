@@ -30,6 +30,12 @@ Result<std::vector<uint8_t>> Layout::read_color(const std::filesystem::path& fol
   return std::move(png->image.rgba8);
 }
 
+Result<std::vector<uint8_t>> Layout::read_file(const std::filesystem::path& folder, uint64_t,
+                                               const std::string& name) const {
+  constexpr uint64_t kMaxBytes = uint64_t{2} << 30;
+  return read_whole_file(folder / name, kMaxBytes);
+}
+
 std::string camera_folder(const Description& description, uint32_t camera) {
   char number[16];
   std::snprintf(number, sizeof number, "%02u_", camera);

@@ -47,6 +47,9 @@ class Layout {
   // Files of an image with so many instances, the colours first; in the order of encode().
   virtual std::vector<std::string> file_names(const Description& description, uint64_t image,
                                               size_t instances) const = 0;
+  // Bytes of one of those files, also from the files of the whole set.
+  virtual Result<std::vector<uint8_t>> read_file(const std::filesystem::path& folder, uint64_t image,
+                                                 const std::string& name) const;
   // color: the PNG.
   virtual Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                            const sinks::FrameImage& image,

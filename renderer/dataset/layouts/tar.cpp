@@ -1,10 +1,17 @@
 #include "renderer/dataset/layouts/tar.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <string_view>
 #include <utility>
-#include <vector>
+
+#include "base/numbers.h"
+#include "base/unique_fd.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -72,6 +79,32 @@ Result<uint64_t> TarFile::finish() {
   if (auto added = file_.append(as_bytes(zeros)); !added) return added.error();
   if (auto done = file_.commit(); !done) return done.error();
   return end;
+}
+
+Result<std::vector<uint8_t>> read_tar_file(const std::filesystem::path& archive, const std::string& name,
+                                           uint64_t max_bytes) {
+  const UniqueFd file(::open(archive.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat about {};
+  if (!file || ::fstat(file.get(), &about) != 0 || !S_ISREG(about.st_mode))
+    return Error{"cannot read " + archive.string() + ": no regular file"};
+  const auto archive_bytes = static_cast<uint64_t>(about.st_size);
+  std::array<char, kBlock> header{};
+  for (uint64_t at = 0; at + kBlock <= archive_bytes;) {
+    if (::pread(file.get(), header.data(), kBlock, static_cast<off_t>(at)) != ssize_t{kBlock}) break;
+    const auto bytes = parse_number<uint64_t>(std::string_view(header.data() + 124, 11), 8);
+    if (!bytes || *bytes > archive_bytes - at - kBlock) break;
+    if (std::string_view(header.data(), ::strnlen(header.data(), 100)) != name) {
+      at += tar_bytes(*bytes);
+      continue;
+    }
+    if (*bytes > max_bytes) break;
+    std::vector<uint8_t> contents(*bytes);
+    const ssize_t got =
+        ::pread(file.get(), contents.data(), contents.size(), static_cast<off_t>(at + kBlock));
+    if (got != static_cast<ssize_t>(contents.size())) break;
+    return contents;
+  }
+  return Error{archive.string() + " has no whole file " + name};
 }
 
 }  // namespace fire3dv::dataset

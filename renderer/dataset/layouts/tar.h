@@ -1,11 +1,12 @@
-// Writer of tar archives (POSIX ustar) with regular files: no times, owners or links, so that the same files
-// give the same bytes.
+// Writer and reader of tar archives (POSIX ustar) with regular files: no times, owners or links, so that the
+// same files give the same bytes.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -32,5 +33,9 @@ class TarFile {
   base::AtomicFile file_;
   uint64_t bytes_ = 0;
 };
+
+// Reads a file of an archive that TarFile wrote. Untrusted bytes. The error names the archive.
+Result<std::vector<uint8_t>> read_tar_file(const std::filesystem::path& archive, const std::string& name,
+                                           uint64_t max_bytes);
 
 }  // namespace fire3dv::dataset

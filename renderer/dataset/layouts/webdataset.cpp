@@ -42,6 +42,8 @@ class WebDatasetLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
+  Result<std::vector<uint8_t>> read_file(const fs::path& folder, uint64_t image,
+                                         const std::string& name) const override;
   Result<void> complete(const fs::path& folder, const Description& description,
                         const offline::FrameLines& lines) const override;
   bool is_packed(const fs::path& folder) const override;
@@ -125,6 +127,26 @@ Result<void> WebDatasetLayout::complete(const fs::path& folder, const Descriptio
   }
   if (auto ended = end_shard(); !ended) return ended;
   return write_text(folder / kListName, list.dump(1) + "\n");
+}
+
+// From the archive that the list names for the image, once the image's own files are gone.
+Result<std::vector<uint8_t>> WebDatasetLayout::read_file(const fs::path& folder, uint64_t image,
+                                                         const std::string& name) const {
+  std::error_code fault;
+  if (fs::exists(fs::symlink_status(folder / name, fault)))
+    return read_whole_file(folder / name, kMaxLooseBytes);
+  auto text = read_whole_file(folder / kListName, kMaxListBytes);
+  if (!text) return text.error();
+  const auto list = nlohmann::json::parse(text->begin(), text->end(), nullptr, false);
+  uint64_t end = 0;  // of the images of an archive
+  for (size_t i = 0; list.is_array() && i < list.size(); ++i) {
+    const auto images = list[i].is_object() ? list[i].find("images") : list[i].end();
+    if (images == list[i].end() || !images->is_number_unsigned()) break;
+    end += images->get<uint64_t>();
+    if (image < end)
+      return read_tar_file(folder / shard_name(i), fs::path(name).filename().string(), kMaxLooseBytes);
+  }
+  return Error{(folder / kListName).string() + " names no archive with image " + std::to_string(image)};
 }
 
 bool WebDatasetLayout::is_packed(const fs::path& folder) const {

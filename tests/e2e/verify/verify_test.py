@@ -1,0 +1,222 @@
+#!/usr/bin/env python3
+"""End-to-end test of `fire3dv verify`: images of each command are identical; each change is named; hostile texts open no file."""
+import json
+import os
+import shutil
+import signal
+import struct
+import zlib
+
+from dataset_runs import RUN, join, recording, run, scene_of, start
+from harness import Program, check, main, vulkan_environment, wait_until
+from label_scene import SIZE
+
+SHARED = ("--cache", "off", "--samples", "1", "--shadows", "off", "--size", f"{SIZE[0]}x{SIZE[1]}")
+IDENTICAL, DIFFERENT, UNCHECKED = 0, 1, 2
+
+
+def execute(test, name, *arguments, code=0):
+    program = Program(test, name, [test.programs_at["fire3dv"], *map(str, arguments)], vulkan_environment())
+    program.expect_exit(code)
+    return program
+
+
+def verify(test, *arguments, code=IDENTICAL):
+    """Standard output and the log, in this order."""
+    program = execute(test, "verify", "verify", *arguments, "--cache", "off", code=code)
+    return "".join(line.rstrip("\n") + "\n" for line in program.out) + program.stderr_text()
+
+
+# --- PNG files -------------------------------------------------------------------------------------------------------
+
+def chunks_of(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    at, chunks = 8, []
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        chunks.append((kind, data[at + 8:at + 8 + length]))
+        at += 12 + length
+    return chunks
+
+
+def write_chunks(path, chunks):
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n")
+        for kind, body in chunks:
+            file.write(struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)))
+
+
+def provenance_of(path):
+    text, = [body for kind, body in chunks_of(path) if kind == b"tEXt" and body.startswith(b"Provenance\0")]
+    return json.loads(text.split(b"\0", 1)[1])
+
+
+def with_provenance(path, out, text):
+    """A copy with another text, of JSON or bytes; None: without."""
+    chunks = [chunk for chunk in chunks_of(path) if not chunk[1].startswith(b"Provenance\0")]
+    if text is not None:
+        body = text if isinstance(text, bytes) else json.dumps(text).encode()
+        chunks.insert(1, (b"tEXt", b"Provenance\0" + body))
+    write_chunks(out, chunks)
+    return out
+
+
+def edit_pixel(path, x, y):
+    """Turns the lowest bit of a pixel's red. Returns the pixel before. Rows have the filters none, sub or up."""
+    chunks = chunks_of(path)
+    width, height = struct.unpack(">II", chunks[0][1][:8])
+    channels = {2: 3, 6: 4}[chunks[0][1][9]]
+    packed = b"".join(body for kind, body in chunks if kind == b"IDAT")
+    data, stride = bytearray(zlib.decompress(packed)), width * channels + 1
+    rows = [bytearray(width * channels)]
+    for at in range(0, stride * height, stride):
+        row, above = bytearray(data[at + 1:at + stride]), rows[-1]
+        check(data[at] in (0, 1, 2), f"filter {data[at]}")
+        for i in range(len(row)):
+            add = (0, row[i - channels] if i >= channels else 0, above[i])[data[at]]
+            row[i] = (row[i] + add) & 255
+        rows.append(row)
+    before = tuple(rows[y + 1][channels * x:channels * x + 3])
+    rows[y + 1][channels * x] ^= 1
+    body = zlib.compress(b"".join(b"\0" + bytes(row) for row in rows[1:]))
+    others = [chunk for chunk in chunks if chunk[0] != b"IDAT"]
+    write_chunks(path, [*others[:-1], (b"IDAT", body), others[-1]])
+    return before
+
+
+# --- cases -----------------------------------------------------------------------------------------------------------
+
+def still_image(test):
+    folder = test.path("still")
+    if not os.path.exists(folder):
+        execute(test, "still", scene_of(test), "--headless", "--frames", 1, "--out", folder, "--exposure", "0.75", *SHARED)
+    return os.path.join(folder, "frame_000000.png")
+
+
+def images_of_live_runs_are_identical(test):
+    image = still_image(test)
+    said = verify(test, image, scene_of(test))
+    check(said.startswith(f"identical: {image}\n") and "build" not in said.split("fire3dv:")[0], said)
+    known = provenance_of(image)
+    check(known["command"] == "fire3dv" and ["exposure", "0.75"] in known["options"], f"{known}")
+    check("llvmpipe" in known["machine"]["device"] and known["build"]["version"] and len(known["build"]["build_id"]) >= 16, f"{known}")
+    # A scene beside the image is found by its name.
+    check("identical" in verify(test, shutil.copy(image, test.path("beside.png"))), "the scene beside the image")
+    # Of a recording that is played: the frame is found by the streams that the image shows.
+    folder = test.path("played")
+    execute(test, "played", scene_of(test), "--replay", recording(test), "--step", "--headless", "--frames", 7, "--out", folder, *SHARED)
+    played = os.path.join(folder, "frame_000006.png")
+    said = verify(test, played, recording(test), scene_of(test))
+    check(said.startswith("identical"), said)
+    said = verify(test, played, scene_of(test), code=UNCHECKED)
+    check("the recording that was drawn is not named" in said, said)
+
+
+def each_change_is_named(test):
+    image, scene = still_image(test), scene_of(test)
+    edited = shutil.copy(image, test.path("edited.png"))
+    red, green, blue = edit_pixel(edited, 33, 7)
+    said = verify(test, edited, scene, code=DIFFERENT)
+    check(f"pixel (33, 7) is {red ^ 1} {green} {blue} in the file and {red} {green} {blue} here" in said, said)
+    said = verify(test, image, scene, "--exposure", 2, code=DIFFERENT)
+    check("setting --exposure is 0.75 in the file and 2 here" in said, said)
+    said = verify(test, image, test.scene, code=DIFFERENT)
+    check("scene is " in said and " in the file and " in said, said)
+    # Another build alone is no difference of the image; it is named in both cases.
+    known = provenance_of(image)
+    known["build"]["commit"] = "of-old"
+    said = verify(test, with_provenance(image, test.path("old.png"), known), scene)
+    check(said.startswith("identical") and "build: commit is of-old in the file" in said, said)
+    known["machine"]["device"] = "another device"
+    said = verify(test, with_provenance(edited, test.path("old.png"), known), scene, code=DIFFERENT)
+    check("pixel (33, 7)" in said and "machine: device is another device in the file and llvmpipe" in said, said)
+
+
+def hostile_texts_open_nothing(test):
+    image, scene, out = still_image(test), scene_of(test), test.path("hostile.png")
+    good = provenance_of(image)
+    secret, fifo = test.path("secret.glb"), test.path("fifo.glb")
+    shutil.copy(scene, secret)
+    os.mkfifo(fifo)  # a reader would wait without end
+
+    def refused(text, reason, *arguments):
+        said = verify(test, with_provenance(image, out, text), *arguments, code=UNCHECKED)
+        check("cannot be checked: " in said and reason in said, said)
+
+    refused(None, "has no provenance", scene)
+    refused(b"not JSON", "is not the JSON", scene)
+    refused(b"[" * 60000, "is not the JSON", scene)
+    refused(b" " * 70000, "70000 bytes", scene)
+    refused(b" " * (2 << 20), "a chunk is larger than the limit", scene)
+    refused({**good, "version": 99}, "another version", scene)
+    refused({**good, "command": "rm"}, "command", scene)
+    for name in (secret, f"../{os.path.basename(test.folder)}/secret.glb", fifo, os.path.basename(fifo), "..", ""):
+        refused({**good, "files": {"scene": name}}, "scene")
+    for option in ("out", "record", "environment", "overlay", "cache", "config", "assets", "listen", "keypoints", "scene=x"):
+        refused({**good, "options": [[option, secret]]}, f'the option "--{option}"', scene)
+        refused({**good, "command": "dataset", "options": [[option, secret]]}, f'the option "--{option}"', scene)
+    with open(out, "wb") as file:
+        file.write(b"no image")
+    check("cannot be checked" in verify(test, out, scene, code=UNCHECKED), "no PNG")
+    check("cannot be checked" in verify(test, test.path("absent.png"), scene, code=UNCHECKED), "no file")
+    check("name an image or a folder" in verify(test, code=UNCHECKED), "no name")
+
+
+def data_sets_are_identical(test):
+    """Drawn in two shards, one of which is killed and continued."""
+    inputs, form = [recording(test), scene_of(test)], ("--format", "coco", *RUN)
+    parts = [test.path(f"part{i}") for i in (1, 2)]
+    run(test, parts[0], *form, "--shard", "1/2")
+    program, path = start(test, parts[1], *form, "--shard", "2/2"), os.path.join(parts[1], "frames.jsonl")
+    wait_until("images", lambda: os.path.exists(path) and len(open(path, "rb").read().splitlines()) >= 3 or not program.alive())
+    program.signal(signal.SIGKILL)
+    program.wait()
+    run(test, parts[1], *form, "--shard", "2/2")
+    whole = test.path("whole")
+    join(test, *parts, "--out", whole)
+    said = verify(test, whole, *inputs)
+    images = sorted(os.listdir(os.path.join(whole, "images")))
+    check(len(images) > 30 and said.startswith(f"identical: {len(images)} images of {whole}\n"), said)
+    said = verify(test, parts[1], *inputs, "--sample", 4)
+    check(said.startswith("identical: 4 images"), said)
+    # One image alone, by its own text.
+    said = verify(test, os.path.join(whole, "images", images[-1]), *inputs)
+    check(said.startswith("identical"), said)
+    edit_pixel(os.path.join(whole, "images", images[5]), 0, 89)
+    text = open(os.path.join(whole, "frames.jsonl"), encoding="utf-8").read().splitlines()
+    line = json.loads(text[9])
+    line["cam_t_w2c"][0] += 1
+    text[9] = json.dumps(line)
+    with open(os.path.join(whole, "frames.jsonl"), "w", encoding="utf-8") as file:
+        file.write("\n".join([*text[:20], *text[21:]]) + "\n")
+    os.remove(os.path.join(whole, "images", images[30]))
+    said = verify(test, whole, *inputs, code=DIFFERENT)
+    for wanted in (f"{images[5]}: pixel (0, 89) is ", 'image 9: field "cam_t_w2c" is ', "image 20 is not in the list", images[30],
+                   f"{len(images) - 4} images of {len(images)} identical"):
+        check(wanted in said, f"{wanted}:\n{said}")
+    said = verify(test, parts[0], *inputs, "--camera", "front", code=DIFFERENT)
+    check("cameras is " in said, said)
+    said = verify(test, parts[0], os.path.join(test.folder, "cut.mcap"), scene_of(test), code=UNCHECKED)
+    check("cut.mcap" in said, said)
+    other = test.path("other.mcap")
+    with open(recording(test), "rb") as file, open(other, "wb") as out:
+        out.write(file.read()[:-400])  # its index is gone
+    said = verify(test, parts[0], other, scene_of(test), code=DIFFERENT)
+    check("recording is " in said, said)
+
+
+def frames_of_recordings_are_identical(test):
+    folder = test.path("frames")
+    execute(test, "render", "render", recording(test), scene_of(test), "--fps", 10, "--end", 0.3, "--out", folder, "--exposure=2", *SHARED)
+    said = verify(test, folder, recording(test), scene_of(test))
+    check(said.startswith("identical: 4 images"), said)
+    said = verify(test, os.path.join(folder, "frame_000003.png"), recording(test), scene_of(test))
+    check(said.startswith("identical"), said)
+    said = verify(test, folder, recording(test), scene_of(test), "--fps", 20, code=DIFFERENT)
+    check("setting --fps is 10 in the file and 20 here" in said, said)
+
+
+if __name__ == "__main__":
+    main({"live": images_of_live_runs_are_identical, "changes": each_change_is_named, "hostile": hostile_texts_open_nothing,
+          "datasets": data_sets_are_identical, "frames": frames_of_recordings_are_identical}, ("fire3dv", "make"))

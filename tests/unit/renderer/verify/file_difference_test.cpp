@@ -1,0 +1,101 @@
+// Unit test of the first difference of stored files and those that are drawn again.
+#include "renderer/verify/file_difference.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "renderer/dataset/layouts/image_files.h"
+#include "renderer/sinks/file_sink.h"
+#include "renderer/sinks/png.h"
+#include "renderer/verify/gray_png.h"
+
+namespace fire3dv::verify {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+sinks::FrameImage image_of(uint8_t green, uint8_t alpha = 255) {
+  sinks::FrameImage image;
+  image.width = 3;
+  image.height = 2;
+  image.rgba8.assign(24, 7);
+  for (size_t i = 3; i < 24; i += 4) image.rgba8[i] = 255;
+  image.rgba8[4 * 4 + 1] = green;  // pixel (1, 1)
+  image.rgba8[4 * 4 + 3] = alpha;
+  return image;
+}
+
+Bytes png_of(sinks::FrameImage image, const std::string& camera = "") {
+  image.camera = camera;
+  return sinks::encode_png(image).value();
+}
+
+Bytes bytes_of(const std::string& text) {
+  return {text.begin(), text.end()};
+}
+
+TEST(FileDifference, NamesThePixelOfColours) {
+  EXPECT_EQ(file_difference("a.png", png_of(image_of(9)), png_of(image_of(9), "other text")), std::nullopt);
+  EXPECT_EQ(file_difference("a.png", png_of(image_of(9)), png_of(image_of(8))),
+            "pixel (1, 1) is 7 9 7 in the file and 7 8 7 here");
+  EXPECT_EQ(file_difference("a.png", png_of(image_of(9, 3)), png_of(image_of(9))),
+            "pixel (1, 1) is 7 9 7 3 in the file and 7 9 7 255 here");
+  sinks::FrameImage wide = image_of(9);
+  wide.width = 2;
+  wide.height = 3;
+  EXPECT_EQ(file_difference("a.png", png_of(wide), png_of(image_of(9))),
+            "the size is 2x3 in the file and 3x2 here");
+  EXPECT_NE(file_difference("a.png", bytes_of("no image"), png_of(image_of(9))), std::nullopt);
+}
+
+TEST(FileDifference, NamesThePixelOfDepth) {
+  std::vector<uint16_t> depth{0, 1, 2, 3, 4, 50000};
+  const Bytes before = dataset::encode_gray_png(depth, 3, 2);
+  EXPECT_EQ(decode_gray16(before, 100)->pixels, depth);
+  depth[4] = 5;
+  EXPECT_EQ(file_difference("a.png", before, dataset::encode_gray_png(depth, 3, 2)),
+            "pixel (1, 1) is 4 in the file and 5 here");
+  EXPECT_FALSE(decode_gray16(before, 5).has_value());
+  for (size_t bytes = 0; bytes < before.size(); ++bytes)
+    (void)decode_gray16(std::span(before).first(bytes), 100);
+  EXPECT_FALSE(decode_gray16(png_of(image_of(1)), 100).has_value());
+}
+
+TEST(FileDifference, NamesTheElementOfArrays) {
+  const auto npy = [](const char* type, const std::vector<uint64_t>& shape,
+                      const std::vector<float>& values) {
+    return sinks::encode_npy(
+        type, shape, {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(float)});
+  };
+  const Bytes one = npy("<f4", {2, 3}, {0, 1, 2, 3, 4, 5});
+  EXPECT_EQ(file_difference("a.npy", one, npy("<f4", {2, 3}, {0, 1, 2, 3.5, 4, 5})),
+            "pixel (0, 1) is 3 in the file and 3.5 here");
+  EXPECT_EQ(file_difference("a.npy", npy("<f4", {1, 3, 2}, {0, 1, 2, 3, 4, 5}),
+                            npy("<f4", {1, 3, 2}, {0, 1, 2, -3, 4, 5})),
+            "pixel (1, 0), channel 1, is 3 in the file and -3 here");
+  EXPECT_EQ(file_difference("a.npy", one, npy("<f4", {3, 2}, {0, 1, 2, 3, 4, 5})),
+            "type or shape of the array differs");
+  EXPECT_EQ(file_difference("a.npy", Bytes(3), one), "type or shape of the array differs");
+}
+
+TEST(FileDifference, NamesTheLineOfTexts) {
+  EXPECT_EQ(file_difference("a.json", bytes_of("a\nbc\n"), bytes_of("a\nbd\n")),
+            "line 2 is \"c\" in the file and \"d\" here");
+  EXPECT_EQ(file_difference("a.hdf5", bytes_of("abc"), bytes_of("abd")), "byte 2 of 3 differs");
+  EXPECT_EQ(file_difference("a.hdf5", bytes_of("ab"), bytes_of("abd")), "byte 2 of 2 differs");
+}
+
+TEST(FileDifference, NamesTheFieldOfLines) {
+  EXPECT_EQ(line_difference(R"({"a":1,"bytes":[1]})", R"({"bytes":[2],"a":1})"), std::nullopt);
+  EXPECT_EQ(line_difference(R"({"a":1})", R"({"a":[2]})"), "field \"a\" is 1 in the file and [2] here");
+  EXPECT_EQ(line_difference(R"({"a":1,"b":2})", R"({"a":1})"),
+            "field \"b\" is 2 in the file and absent here");
+  EXPECT_EQ(line_difference("7", R"({"a":1})"), "the line is no JSON object");
+}
+
+}  // namespace
+}  // namespace fire3dv::verify
