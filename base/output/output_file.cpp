@@ -6,10 +6,12 @@
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <system_error>
 
 #include "base/files.h"
+#include "base/numbers.h"
 #include "base/text.h"
 
 namespace fire3dv::base {
@@ -17,13 +19,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Resolves symbolic links, even if the target does not exist.
-fs::path followed(fs::path path) {
+// Where a name leads: an open descriptor of this process, or a path without symbolic links at its end, whose
+// file may not exist.
+struct Target {
+  std::optional<int> fd;
+  fs::path path;
+};
+Target find_target(fs::path path) {
   constexpr int kMaxLinks = 40;  // limit of the kernel
   std::error_code error;
-  for (int i = 0; i < kMaxLinks && fs::is_symlink(path, error); ++i)
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(path, error); ++i) {
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (fs::equivalent(folder, "/proc/self/fd", error))
+      return {parse_number<int>(path.filename().string()), path};
     path = path.parent_path() / fs::read_symlink(path, error);
-  return path;
+  }
+  return {std::nullopt, path};
 }
 
 Error cannot_write(const fs::path& path, const std::string& why) {
@@ -43,19 +54,23 @@ Result<void> write_descriptor(int fd, std::span<const std::byte> bytes) {
 }
 
 Result<void> write_output(const fs::path& path, std::span<const std::byte> bytes) {
-  struct stat status {};
-  // Not by its target's name, which "pipe:[4711]" of /dev/stdout is none.
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
-    if (fd < 0) return cannot_write(path, std::strerror(errno));
-    Result<void> done = write_descriptor(fd, bytes);
-    if (::close(fd) != 0 && done) done = Error{std::strerror(errno)};
+  const Target target = find_target(path);
+  // The file behind a descriptor has contents of other writers: it is continued, not replaced.
+  if (target.fd) {
+    const Result<void> done = write_descriptor(*target.fd, bytes);
     return done ? done : cannot_write(path, done.error().message);
   }
-  const fs::path target = followed(path);
+  struct stat status {};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) return cannot_write(path, std::strerror(errno));
+  if (!exists) return write_atomically(target.path, {bytes});
   if (S_ISREG(status.st_mode))
-    return write_atomically(target, {bytes}, {.exact_mode = status.st_mode & 0777});
-  return write_atomically(target, {bytes});
+    return write_atomically(target.path, {bytes}, {.exact_mode = status.st_mode & 0777});
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+  if (fd < 0) return cannot_write(path, std::strerror(errno));
+  Result<void> done = write_descriptor(fd, bytes);
+  if (::close(fd) != 0 && done) done = Error{std::strerror(errno)};
+  return done ? done : cannot_write(path, done.error().message);
 }
 
 bool is_open_as(int fd, const fs::path& path) {

@@ -72,6 +72,36 @@ TEST_F(OutputFile, OpenPipesAreWrittenByTheirNameInProc) {
   EXPECT_EQ(::read(reader.get(), text.data(), text.size()), 4);
 }
 
+TEST_F(OutputFile, FilesBehindDescriptorsAreContinued) {
+  const fs::path log = folder_ / "log";
+  const UniqueFd writer(::open(log.c_str(), O_WRONLY | O_CREAT, 0600));
+  ASSERT_TRUE(write_descriptor(writer.get(), bytes("before ")).ok());
+  fs::create_symlink("/dev/fd/" + std::to_string(writer.get()), folder_ / "link");
+  ASSERT_TRUE(write_output("/dev/fd/" + std::to_string(writer.get()), bytes("report ")).ok());
+  ASSERT_TRUE(write_output(folder_ / "link", bytes("again ")).ok());
+  ASSERT_TRUE(write_descriptor(writer.get(), bytes("after")).ok());
+  EXPECT_EQ(text_of(log), "before report again after");
+  EXPECT_TRUE(is_open_as(writer.get(), log)) << "the file was replaced";
+}
+
+TEST_F(OutputFile, DescriptorsForReadingAreRefused) {
+  std::ofstream(folder_ / "file") << "old";
+  const UniqueFd reader(::open((folder_ / "file").c_str(), O_RDONLY));
+  EXPECT_FALSE(write_output("/proc/self/fd/" + std::to_string(reader.get()), bytes("text")).ok());
+  EXPECT_EQ(text_of(folder_ / "file"), "old");
+}
+
+TEST_F(OutputFile, NamesThatCannotBeLookedUpAreRefused) {
+  std::ofstream(folder_ / "file") << "old";
+  const fs::path below = folder_ / "file" / "x";
+  const Result<void> written = write_output(below, bytes("text"));
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error().message, "cannot write \"" + below.string() + "\": Not a directory");
+  fs::create_symlink("loop", folder_ / "loop");
+  EXPECT_FALSE(write_output(folder_ / "loop", bytes("text")).ok());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "loop"));
+}
+
 TEST_F(OutputFile, FoldersAreRefused) {
   const Result<void> written = write_output(folder_, bytes("text"));
   ASSERT_FALSE(written.ok());
