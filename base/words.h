@@ -1,4 +1,4 @@
-// Words of text: trimming, splitting at blanks, joining, and quoting for a shell. ASCII blanks only, whatever
+// Words of text: trimming, splitting, joining, and quoting for a shell. ASCII blanks only, whatever
 // the locale.
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fire3dv {
 
@@ -30,6 +31,14 @@ constexpr size_t count_words(std::string_view text) {
   size_t count = 0;
   while (!next_word(text).empty()) ++count;
   return count;
+}
+
+// Parts between any of these separators, without empty ones.
+inline std::vector<std::string> split(std::string_view text, std::string_view separators) {
+  std::vector<std::string> parts;
+  for (std::string_view part = next_word(text, separators); !part.empty(); part = next_word(text, separators))
+    parts.emplace_back(part);
+  return parts;
 }
 
 // "a, b" of words and of other texts.

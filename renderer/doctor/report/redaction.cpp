@@ -1,82 +1,116 @@
 #include "renderer/doctor/report/redaction.h"
 
-#include <arpa/inet.h>
 #include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
+#include <iterator>
 #include <string_view>
 #include <system_error>
 
 #include "base/text.h"
-#include "base/words.h"
+#include "renderer/doctor/report/addresses.h"
+#include "renderer/doctor/report/characters.h"
 
 namespace fire3dv::doctor {
 namespace {
 
-bool is_alphanumeric(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) != 0;
-}
-bool is_word_character(char c) {
-  return is_alphanumeric(c) || c == '_' || c == '-' || c == '.';
+constexpr size_t kMinName = 2;  // one letter names nobody, and is a word
+
+// Names that many users and machines have, and words that the report needs: drivers, groups, device nodes.
+constexpr std::string_view kCommon[] = {
+    "admin",   "administrator", "amd",     "build",  "builder",  "container", "cpu",    "cuda",    "debian",
+    "default", "dev",           "display", "docker", "ec2-user", "error",     "fedora", "file",    "fire3dv",
+    "gpu",     "guest",         "home",    "host",   "intel",    "jenkins",   "lib",    "linux",   "llvmpipe",
+    "local",   "mesa",          "mnt",     "nobody", "note",     "nvidia",    "ok",     "opt",     "render",
+    "root",    "runner",        "sandbox", "server", "share",    "shm",       "sudo",   "system",  "test",
+    "tester",  "tmp",           "ubuntu",  "unix",   "usr",      "user",      "users",  "vagrant", "video",
+    "vulkan",  "warning",       "windows", "worker", "workspace"};
+
+struct Name {
+  std::string lower;
+  bool is_host = false;
+};
+
+// The longest first: "ada-thinkpad" before "ada".
+std::vector<Name> names_by_length(const PrivateWords& words) {
+  std::vector<Name> names;
+  for (const std::string& user : words.users) names.push_back({lower_case(user), false});
+  for (const std::string& host : words.hosts) names.push_back({lower_case(host), true});
+  std::erase_if(names, [](const Name& name) { return name.lower.empty(); });
+  std::stable_sort(names.begin(), names.end(),
+                   [](const Name& a, const Name& b) { return a.lower.size() > b.lower.size(); });
+  return names;
 }
 
-// Replaces a word, in any letter case, where it stands alone. in_names: also as a part of longer names: "ada"
-// in "ada-2", "lab" in "lab.example.org".
-void replace_words(std::string& text, const std::string& word, std::string_view by, bool in_names) {
-  const auto belongs = [&](char c) { return in_names ? is_alphanumeric(c) : is_word_character(c); };
-  if (word.empty()) return;
-  const std::string lower_word = lower_case(word);
-  std::string lower = lower_case(text);
-  for (size_t at = lower.find(lower_word); at != std::string::npos; at = lower.find(lower_word, at)) {
-    const bool begins = at == 0 || !belongs(text[at - 1]);
-    const bool ends = at + word.size() == text.size() || !belongs(text[at + word.size()]);
-    if (begins && ends) {
-      text.replace(at, word.size(), by);
-      lower.replace(at, word.size(), by);
+size_t end_of_name(std::string_view text, size_t at) {
+  while (at < text.size() && is_name_character(text[at])) ++at;
+  while (at > 0 && text[at - 1] == '.') --at;  // of a sentence
+  return at;
+}
+
+// The end of a host's domain, or of the host in USER@HOST.
+size_t end_of_address(std::string_view text, size_t end, bool is_host) {
+  const auto begins_name = [&](size_t at) { return at < text.size() && is_alphanumeric(text[at]); };
+  const bool goes_on = end < text.size() && text[end] == (is_host ? '.' : '@') && begins_name(end + 1);
+  return goes_on ? end_of_name(text, end + 1) : end;
+}
+
+// Names stand alone or as a part of longer ones: "ada" in "ada-2", "lab" in "lab.example.org". One pass: what
+// stands for a name is no name.
+std::string replace_names(const std::string& text, const std::vector<Name>& names) {
+  const std::string lower = lower_case(text);
+  std::string result;
+  for (size_t at = 0; at < text.size();) {
+    const bool begins = at == 0 || !is_alphanumeric(text[at - 1]);
+    const auto is_here = [&](const Name& name) {
+      const size_t end = at + name.lower.size();
+      return lower.compare(at, name.lower.size(), name.lower) == 0 &&
+             (end >= text.size() || !is_alphanumeric(text[end]));
+    };
+    const auto name = begins ? std::find_if(names.begin(), names.end(), is_here) : names.end();
+    if (name == names.end()) {
+      result += text[at++];
+      continue;
     }
-    at += begins && ends ? by.size() : word.size();
+    const size_t end = at + name->lower.size();
+    at = end_of_address(text, end, name->is_host);
+    result += name->is_host ? "HOST" : "USER";
+    if (!name->is_host && at > end) result += "@HOST";
+  }
+  return result;
+}
+
+void replace_home(std::string& text, const std::string& home) {
+  for (size_t at = text.find(home); at != std::string::npos; at = text.find(home, at + 1)) {
+    const size_t end = at + home.size();
+    if ((at == 0 || !is_name_character(text[at - 1])) &&
+        (end == text.size() || !is_name_character(text[end])))
+      text.replace(at, home.size(), "~");
   }
 }
 
-bool is_ip_address(const std::string& text) {
-  in_addr four{};
-  in6_addr six{};
-  return ::inet_pton(AF_INET, text.c_str(), &four) == 1 || ::inet_pton(AF_INET6, text.c_str(), &six) == 1;
-}
-
-bool names_this_machine(std::string_view address) {
-  return address.starts_with("127.") || address == "0.0.0.0" || address == "::1" || address == "::";
-}
-
-// Runs of the characters of addresses that are one. A port may follow one of version 4.
-void replace_ip_addresses(std::string& text) {
-  constexpr std::string_view kFour = "0123456789.", kSix = "0123456789abcdefABCDEF:.";
-  for (const std::string_view characters : {kSix, kFour}) {
-    for (size_t at = text.find_first_of(characters); at != std::string::npos;
-         at = text.find_first_of(characters, at)) {
-      const size_t end = std::min(text.find_first_not_of(characters, at), text.size());
-      std::string address = text.substr(at, end - at);
-      while (address.ends_with('.')) address.pop_back();  // of a sentence
-      const bool alone =
-          (at == 0 || (!is_word_character(text[at - 1]) && (characters == kFour || text[at - 1] != '/'))) &&
-          (end == text.size() || !is_word_character(text[end]));
-      if (alone && is_ip_address(address) && !names_this_machine(address)) {
-        text.replace(at, address.size(), "IP");
-        at += 2;
-      } else {
-        at = end;
-      }
-    }
+// Folders of other users, in whole.
+void replace_other_homes(std::string& text) {
+  constexpr std::string_view kFolder = "/home/", kEnds = "/:;,\"' \n)";
+  for (size_t at = text.find(kFolder); at != std::string::npos; at = text.find(kFolder, at + 1)) {
+    const size_t begin = at + kFolder.size();
+    const size_t end = std::min(text.find_first_of(kEnds, begin), text.size());
+    text.replace(begin, end - begin, "USER");
   }
 }
 
 void add(std::vector<std::string>& list, const std::string& word) {
   if (!word.empty() && word != "/" && std::find(list.begin(), list.end(), word) == list.end())
     list.push_back(word);
+}
+
+void add_name(std::vector<std::string>& list, const std::string& name) {
+  const bool is_common =
+      std::find(std::begin(kCommon), std::end(kCommon), lower_case(name)) != std::end(kCommon);
+  if (name.size() >= kMinName && !is_common) add(list, name);
 }
 
 void add_home(PrivateWords& words, std::string folder) {
@@ -89,20 +123,44 @@ void add_home(PrivateWords& words, std::string folder) {
 }
 
 void add_host(PrivateWords& words, const std::string& name) {
-  const std::string lower = lower_case(name);
-  if (lower == "localhost" || is_ip_address(name)) return;
-  add(words.hosts, name);
-  add(words.hosts, name.substr(0, name.find('.')));
+  if (is_ip_address(name)) return;
+  for (const std::string& host : {name, name.substr(0, name.find('.'))}) {
+    if (!names_this_machine(host)) add_name(words.hosts, host);
+  }
 }
 
-// The host of "--listen tcp://HOST:PORT" and "--serve HOST:PORT".
-std::string host_of_option(const std::string& option) {
-  const size_t scheme = option.find("://"), blank = option.find(' ');
-  if (option.find("shm://") != std::string::npos || blank == std::string::npos) return "";
-  const size_t begin = scheme == std::string::npos ? blank + 1 : scheme + 3;
-  const size_t colon = option.rfind(':');
-  if (colon == std::string::npos || colon < begin) return "";
-  return std::string(trimmed(option.substr(begin, colon - begin), "[]"));
+// "ada", "CORP\ada" and "ada@corp.example.org".
+void add_user(PrivateWords& words, std::string name) {
+  if (const size_t at = name.find('@'); at != std::string::npos) {
+    add_host(words, name.substr(at + 1));
+    name.resize(at);
+  }
+  if (const size_t slash = name.rfind('\\'); slash != std::string::npos) {
+    add_host(words, name.substr(0, slash));
+    name.erase(0, slash + 1);
+  }
+  add_name(words.users, name);
+}
+
+// Of "tcp://USER:PASSWORD@HOST:PORT", "HOST:PORT" and "HOST".
+void add_address(PrivateWords& words, std::string_view address) {
+  if (address.starts_with("shm://")) return;
+  if (const size_t mark = address.find("://"); mark != std::string_view::npos)
+    address.remove_prefix(mark + 3);
+  const auto [user_info, host] = parse_authority(address);
+  add_host(words, host);
+  const size_t colon = user_info.find(':');
+  add_user(words, user_info.substr(0, colon));
+  if (colon != std::string::npos) add_name(words.users, user_info.substr(colon + 1));
+}
+
+// Of "[PROTOCOL/]HOST:NUMBER"; a path is a socket of this machine.
+void add_display(PrivateWords& words, std::string_view display) {
+  if (display.starts_with('/')) return;
+  display.remove_prefix(display.find('/') + 1);  // npos + 1 is 0
+  std::string host = parse_authority(display).host;
+  while (host.ends_with(':')) host.pop_back();  // of DECnet
+  add_host(words, host);
 }
 
 }  // namespace
@@ -110,49 +168,29 @@ std::string host_of_option(const std::string& option) {
 PrivateWords private_words(const Facts& facts) {
   PrivateWords words;
   add_home(words, facts.variable("HOME"));
-  for (const char* name : {"USER", "LOGNAME", "SUDO_USER", "USERNAME"})
-    add(words.users, facts.variable(name));
+  for (const char* name : {"USER", "LOGNAME", "SUDO_USER", "USERNAME"}) add_user(words, facts.variable(name));
   for (const uid_t user : {::getuid(), ::geteuid()}) {
     if (const passwd* const entry = ::getpwuid(user)) {
-      add(words.users, entry->pw_name);
+      add_user(words, entry->pw_name);
       add_home(words, entry->pw_dir);
     }
   }
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) == 0) add_host(words, host.data());
   for (const char* name : {"HOSTNAME", "HOST"}) add_host(words, facts.variable(name));
-  const std::string display = facts.variable("DISPLAY");  // HOST:NUMBER
-  if (display.find('/') == std::string::npos && display.rfind(':') != std::string::npos)
-    add_host(words, display.substr(0, display.rfind(':')));
-  for (const PortFacts& port : facts.ports) add_host(words, host_of_option(port.option));
-  // Names that many users and machines have, and that other texts need.
-  constexpr std::array kCommon{"root",   "user",  "nobody", "debian", "ubuntu",
-                               "fedora", "linux", "unix",   "fire3dv"};
-  for (std::vector<std::string>* list : {&words.users, &words.hosts})
-    std::erase_if(*list, [&](const std::string& word) {
-      return std::find(kCommon.begin(), kCommon.end(), lower_case(word)) != kCommon.end();
-    });
-  // The longest first: "lab.example.org" before "lab".
+  add_display(words, facts.variable("DISPLAY"));
+  for (const PortFacts& port : facts.ports)
+    add_address(words, std::string_view(port.option).substr(port.option.find(' ') + 1));
   const auto is_longer = [](const std::string& a, const std::string& b) { return a.size() > b.size(); };
-  for (std::vector<std::string>* list : {&words.homes, &words.users, &words.hosts})
-    std::stable_sort(list->begin(), list->end(), is_longer);
+  std::stable_sort(words.homes.begin(), words.homes.end(), is_longer);
   return words;
 }
 
 std::string redacted(std::string text, const PrivateWords& words) {
-  for (const std::string& home : words.homes) replace_words(text, home, "~", false);
-  // Folders of other users, in whole.
-  for (size_t at = text.find("/home/"); at != std::string::npos; at = text.find("/home/", at + 1)) {
-    const size_t begin = at + std::string_view("/home/").size();
-    size_t end = begin;
-    while (end < text.size() && std::string_view("/:;,\"' \n)").find(text[end]) == std::string_view::npos)
-      ++end;
-    text.replace(begin, end - begin, "USER");
-  }
-  for (const std::string& user : words.users) replace_words(text, user, "USER", true);
-  for (const std::string& host : words.hosts) replace_words(text, host, "HOST", true);
-  replace_ip_addresses(text);
-  return text;
+  for (const std::string& home : words.homes) replace_home(text, home);
+  replace_other_homes(text);
+  replace_addresses(text);
+  return replace_names(text, names_by_length(words));
 }
 
 }  // namespace fire3dv::doctor

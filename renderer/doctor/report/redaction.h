@@ -14,8 +14,9 @@ struct PrivateWords {
 };
 PrivateWords private_words(const Facts& facts);
 
-// Replaces folders of users by "~", names of users and hosts by "USER" and "HOST", in any letter case, and IP
-// addresses by "IP". Loopback addresses and those of all interfaces stay.
+// Replaces folders of users by "~", names of users by "USER", names of hosts with their domains by "HOST", in
+// any letter case, and IP addresses by "IP". Hosts of URIs need not be known. Loopback addresses, those of
+// all interfaces, and names that many have ("root", "nvidia") stay.
 std::string redacted(std::string text, const PrivateWords& words);
 
 }  // namespace fire3dv::doctor

@@ -20,6 +20,11 @@ std::string padded(std::string text, size_t columns) {
   return text;
 }
 
+// Texts of drivers, files and the environment, in one line.
+std::string one_line(const std::string& text) {
+  return printable_text(text, text.size());
+}
+
 size_t count(std::span<const CheckedFinding> findings, Level level) {
   return static_cast<size_t>(std::count_if(
       findings.begin(), findings.end(), [&](const CheckedFinding& f) { return f.finding.level == level; }));
@@ -53,11 +58,11 @@ std::string device_table(const Facts& facts) {
   for (const DeviceFacts& device : facts.devices) {
     text += padded(std::to_string(device.index), 10) + padded(cuda_index(facts, device), 7) +
             padded(device.pci_address.empty() ? "-" : device.pci_address, 14) + padded(device.uuid, 38) +
-            device.name + " (" + device.driver + ")\n";
+            one_line(device.name + " (" + device.driver + ")") + "\n";
   }
   const std::string visible = facts.variable("CUDA_VISIBLE_DEVICES");
   if (!facts.cuda_devices.empty() && !visible.empty())
-    text += "CUDA_VISIBLE_DEVICES=" + visible + " orders the column cuda:\n";
+    text += "CUDA_VISIBLE_DEVICES=" + one_line(visible) + " orders the column cuda:\n";
   return text;
 }
 
@@ -68,16 +73,28 @@ std::string summary(std::span<const CheckedFinding> findings) {
          (errors == 0 ? ": fire3dv can draw here\n" : ": fix the errors first, from the top\n");
 }
 
+// Fence of a Markdown block: longer than the backticks in it, which end no such block.
+std::string fence_around(const std::string& text) {
+  size_t longest = 2;
+  for (size_t at = text.find('`'); at != std::string::npos; at = text.find('`', at)) {
+    const size_t end = std::min(text.find_first_not_of('`', at), text.size());
+    longest = std::max(longest, end - at);
+    at = end;
+  }
+  return std::string(longest + 1, '`');
+}
+
 }  // namespace
 
 std::string report_text(const Facts& facts, std::span<const CheckedFinding> findings) {
   std::string text = heading(facts) + device_table(facts) + "\n";
   for (const auto& [id, finding] : findings) {
-    text += padded(level_name(finding.level), kLevelColumns) + padded(id, kIdColumns) + finding.text + "\n";
+    text += padded(level_name(finding.level), kLevelColumns) + padded(id, kIdColumns) +
+            one_line(finding.text) + "\n";
     if (!finding.fix.empty())
-      text += std::string(kLevelColumns + kIdColumns, ' ') + "type: " + finding.fix + "\n";
+      text += std::string(kLevelColumns + kIdColumns, ' ') + "type: " + one_line(finding.fix) + "\n";
   }
-  return terminal_text(text + "\n" + summary(findings));
+  return text + "\n" + summary(findings);
 }
 
 nlohmann::json report_json(const Facts& facts, std::span<const CheckedFinding> findings) {
@@ -116,21 +133,20 @@ nlohmann::json report_json(const Facts& facts, std::span<const CheckedFinding> f
 }
 
 std::string report_file(const Facts& facts, std::span<const CheckedFinding> findings) {
-  std::string text = "```\n" + report_text(facts, findings) + "\n" + variable_lines(facts);
-  for (const ManifestFacts& manifest : facts.manifests)
+  std::string text = report_text(facts, findings) + "\n";
+  for (const ManifestFacts& manifest : facts.manifests) {
+    const std::string outcome = manifest.load.passed() ? " loads" : " " + describe(manifest.load);
     text += "manifest " + printable_text(manifest.file, 1000) + ": " +
-            printable_text(
-                manifest.fault.empty()
-                    ? manifest.library + (manifest.load.passed() ? " loads" : " " + describe(manifest.load))
-                    : manifest.fault,
-                1000) +
-            "\n";
+            printable_text(manifest.fault.empty() ? manifest.library + outcome : manifest.fault, 1000) + "\n";
+  }
   for (const LayerFacts& layer : facts.implicit_layers)
     text +=
         "implicit layer " + printable_text(layer.name, 200) + ": " + printable_text(layer.file, 1000) + "\n";
+  text = redacted(without_hidden_values(text, facts) + variable_lines(facts), private_words(facts));
+  const std::string fence = fence_around(text);
   return "Output of `fire3dv doctor`. Names of its user and of hosts, home folders and IP addresses are "
          "replaced.\n\n" +
-         redacted(text, private_words(facts)) + "```\n";
+         fence + "\n" + text + fence + "\n";
 }
 
 }  // namespace fire3dv::doctor

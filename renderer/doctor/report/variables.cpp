@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <string_view>
+#include <vector>
 
 #include "base/text.h"
+#include "base/words.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -71,7 +73,8 @@ constexpr Variable kShown[] = {
 
 bool is_word(std::string_view value) {
   constexpr size_t kMaxBytes = 300;
-  return value.size() <= kMaxBytes && std::all_of(value.begin(), value.end(), [](char c) {
+  return value.size() <= kMaxBytes && value.find("://") == std::string_view::npos &&
+         std::all_of(value.begin(), value.end(), [](char c) {
            return std::isalnum(static_cast<unsigned char>(c)) ||
                   std::string_view("_-.,:;*~+=!/@ ").find(c) != std::string_view::npos;
          });
@@ -81,19 +84,55 @@ bool is_word(std::string_view value) {
 bool is_path_list(std::string_view value) {
   constexpr size_t kMaxBytes = 1000;
   const auto is_path = [](std::string_view path) {
-    return path.empty() || path.find('/') != std::string_view::npos ||
-           path.find(".so") != std::string_view::npos || path.ends_with(".json");
+    return path.find('/') != std::string_view::npos || path.find(".so") != std::string_view::npos ||
+           path.ends_with(".json");
   };
   if (value.size() > kMaxBytes || value.find("://") != std::string_view::npos) return false;
-  for (size_t begin = 0; begin <= value.size();) {
-    const size_t end = std::min(value.find(':', begin), value.size());
-    if (!is_path(value.substr(begin, end - begin))) return false;
-    begin = end + 1;
-  }
-  return true;
+  const std::vector<std::string> paths = split(value, ":");
+  return std::all_of(paths.begin(), paths.end(), is_path);
+}
+
+bool is_shown(const Variable& variable, std::string_view value) {
+  return variable.value == Value::word ? is_word(value) : is_path_list(value);
+}
+
+// Parts of a value as findings quote them: a list's elements, cut and printable.
+std::vector<std::string> quoted_parts(const std::string& value) {
+  constexpr size_t kMinBytes = 3, kCutBytes[] = {120, 200, 1000};  // of quote(), and of names in the report
+  std::vector<std::string> parts;
+  const auto add = [&](const std::string& text) {
+    if (text.size() >= kMinBytes) parts.push_back(text);
+  };
+  const auto add_all = [&](const std::string& text) {
+    add(text);
+    for (const std::string& part : split(text, ":'")) add(part);
+  };
+  add_all(value);
+  add_all(terminal_text(value));
+  add_all(printable_text(value, value.size()));
+  for (const size_t bytes : kCutBytes) add_all(printable_text(value, bytes));
+  return parts;
 }
 
 }  // namespace
+
+std::string without_hidden_values(std::string text, const Facts& facts) {
+  std::vector<std::string> hidden;
+  for (const Variable& variable : kShown) {
+    const std::string value = facts.variable(variable.name);
+    if (is_shown(variable, value)) continue;
+    const std::vector<std::string> parts = quoted_parts(value);
+    hidden.insert(hidden.end(), parts.begin(), parts.end());
+  }
+  std::sort(hidden.begin(), hidden.end(),
+            [](const std::string& a, const std::string& b) { return a.size() > b.size(); });
+  constexpr std::string_view kInPlace = "(not shown)";
+  for (const std::string& part : hidden) {
+    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + kInPlace.size()))
+      text.replace(at, part.size(), kInPlace);
+  }
+  return text;
+}
 
 std::string variable_lines(const Facts& facts) {
   std::string lines;
@@ -101,9 +140,9 @@ std::string variable_lines(const Facts& facts) {
     const auto found = facts.environment.find(variable.name);
     if (found == facts.environment.end()) continue;
     const std::string& value = found->second;
-    const bool is_shown = variable.value == Value::word ? is_word(value) : is_path_list(value);
     lines += std::string(variable.name) + "=" +
-             (is_shown ? terminal_text(value) : "(" + std::to_string(value.size()) + " bytes, not shown)") +
+             (is_shown(variable, value) ? printable_text(value, value.size())
+                                        : "(" + std::to_string(value.size()) + " bytes, not shown)") +
              "\n";
   }
   return lines;

@@ -12,4 +12,7 @@ namespace fire3dv::doctor {
 // word is described by its length alone.
 std::string variable_lines(const Facts& facts);
 
+// Replaces the values that variable_lines() does not show, and their parts, in a text that quotes them.
+std::string without_hidden_values(std::string text, const Facts& facts);
+
 }  // namespace fire3dv::doctor

@@ -54,5 +54,30 @@ TEST(Report, TheFileHasKnownVariablesAlone) {
     EXPECT_FALSE(mentions(text, hidden)) << hidden << text;
 }
 
+TEST(Report, FindingsDoNotShowHiddenValues) {
+  Facts facts = good_machine();
+  const std::string secret = "nvapi-1234 'it is secret'", long_secret(300, 'k');
+  facts.environment["FIRE3DV_DEVICE_MASK"] = "{\"token\": \"" + secret + "\"}";
+  facts.environment["VK_DRIVER_FILES"] = long_secret + ":/lvp.json";
+  facts.manifests[0] = {long_secret, "VK_DRIVER_FILES", "", "it does not exist", {}};
+  facts.loader.version = make_version(1, 3, 204);
+  const std::vector<CheckedFinding> findings = run_checks(facts);
+  ASSERT_TRUE(mentions(report_text(facts, findings), "nvapi-1234")) << "the terminal shows it";
+  const std::string text = report_file(facts, findings);
+  EXPECT_FALSE(mentions(text, "nvapi") || mentions(text, "it is secret") || mentions(text, "kkk")) << text;
+  EXPECT_TRUE(mentions(text, "hides features of all devices: \"(not shown)\"")) << text;
+}
+
+TEST(Report, NamesDoNotEndTheBlockOfTheFile) {
+  Facts facts = good_machine();
+  facts.devices[0].name = "GPU\n````\n# title";
+  facts.environment["TMPDIR"] = "/tmp/\n```";
+  const std::string text = report_file(facts, run_checks(facts));
+  const size_t begin = text.find("`````\n");
+  ASSERT_NE(begin, std::string::npos) << text;
+  EXPECT_EQ(text.find("\n`", begin + 1), text.size() - 7) << text;
+  EXPECT_TRUE(mentions(text, "GPU?````?# title"));
+}
+
 }  // namespace
 }  // namespace fire3dv::doctor
