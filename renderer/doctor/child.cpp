@@ -132,7 +132,7 @@ ChildResult run_in_child(const std::function<nlohmann::json()>& experiment, std:
     wait_briefly(child, Clock::now() + kEnd);
     const double limit_s = static_cast<double>(limit.count()) / 1000;
     char text_of_limit[32];
-    std::snprintf(text_of_limit, sizeof text_of_limit, "%.3g s", limit_s);
+    std::snprintf(text_of_limit, sizeof text_of_limit, "%.6g s", limit_s);
     result.trial = {Outcome::hung, text_of_limit};
     return result;
   }

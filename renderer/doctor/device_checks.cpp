@@ -129,9 +129,9 @@ constexpr const char* kMoreTime = "fire3dv doctor --time-limit 300  # if this ma
 
 std::vector<Finding> check_read_back(const Facts& facts) {
   std::vector<Finding> findings;
-  std::string good;
+  std::vector<std::string> good;
   for (const DeviceFacts& device : facts.devices) {
-    if (device.read_back.passed()) good += (good.empty() ? "" : ", ") + std::to_string(device.index);
+    if (device.read_back.passed()) good.push_back(std::to_string(device.index));
     if (!device.read_back.went_wrong()) continue;
     std::string other;
     for (const DeviceFacts& each : facts.devices) {
@@ -149,22 +149,22 @@ std::vector<Finding> check_read_back(const Facts& facts) {
   }
   if (!good.empty())
     findings.insert(findings.begin(),
-                    {Level::ok, "64x64 pixels were drawn and read back on device " + good, ""});
+                    {Level::ok, "64x64 pixels were drawn and read back on device " + joined(good), ""});
   return findings;
 }
 
 std::vector<Finding> check_rays(const Facts& facts) {
   std::vector<Finding> findings;
-  std::string good;
+  std::vector<std::string> good;
   for (const DeviceFacts& device : facts.devices) {
-    if (device.ray.passed()) good += (good.empty() ? "" : ", ") + std::to_string(device.index);
+    if (device.ray.passed()) good.push_back(std::to_string(device.index));
     if (device.ray.went_wrong())
       findings.push_back({Level::error,
                           title(device) + " claims ray tracing, but tracing one ray " + describe(device.ray),
                           may_be_busy(device, device.ray) ? kMoreTime : "fire3dv --shadows map FILE"});
   }
   if (!good.empty())
-    findings.insert(findings.begin(), {Level::ok, "a ray hit its triangle on device " + good, ""});
+    findings.insert(findings.begin(), {Level::ok, "a ray hit its triangle on device " + joined(good), ""});
   return findings;
 }
 
@@ -180,25 +180,26 @@ std::vector<Finding> check_cuda_order(const Facts& facts) {
     return {
         {Level::note, "--device cuda:N cannot be used, since CUDA " + describe(facts.cuda), "nvidia-smi"}};
   if (!facts.cuda.passed()) return {};
-  std::string pairs, without;
+  std::vector<std::string> pairs, without;
   bool same = true;
   for (const CudaDeviceFacts& cuda : facts.cuda_devices) {
     const std::string index = std::to_string(cuda.index);
     const DeviceFacts* const device = find_vulkan(facts, cuda);
     if (!device) {
-      without += (without.empty() ? "" : ", ") + index;
+      without.push_back(index);
       continue;
     }
     same = same && device->index == cuda.index;
-    pairs += (pairs.empty() ? "" : ", ") + ("cuda:" + index) + " is device " + std::to_string(device->index);
+    pairs.push_back("cuda:" + index + " is device " + std::to_string(device->index));
   }
   std::vector<Finding> findings;
   if (!pairs.empty())
-    findings.push_back(same ? Finding{Level::ok, "CUDA and Vulkan number the GPUs alike: " + pairs, ""}
-                            : Finding{Level::note, "CUDA and Vulkan number the GPUs differently: " + pairs,
-                                      "fire3dv --device cuda:0 FILE"});
+    findings.push_back(
+        same ? Finding{Level::ok, "CUDA and Vulkan number the GPUs alike: " + joined(pairs), ""}
+             : Finding{Level::note, "CUDA and Vulkan number the GPUs differently: " + joined(pairs),
+                       "fire3dv --device cuda:0 FILE"});
   if (!without.empty() && !facts.devices.empty())
-    findings.push_back({Level::note, "no Vulkan device is the same as CUDA's device " + without, ""});
+    findings.push_back({Level::note, "no Vulkan device is the same as CUDA's device " + joined(without), ""});
   return findings;
 }
 

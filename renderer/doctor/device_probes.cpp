@@ -127,9 +127,9 @@ nlohmann::json probe_library(const std::string& library) {
   void* find = ::dlsym(driver, "vk_icdGetInstanceProcAddr");
   if (!find) find = ::dlsym(driver, "vkGetInstanceProcAddr");
   if (find && reinterpret_cast<PFN_vkGetInstanceProcAddr>(find)(nullptr, "vkCreateInstance")) return true;
-  std::string missing;
+  std::vector<std::string> missing;
   for (const char* name : {"libEGL.so.1", "libGLdispatch.so.0", "libX11.so.6", "libXext.so.6"}) {
-    if (!::dlopen(name, RTLD_NOW | RTLD_LOCAL)) missing += std::string(missing.empty() ? "" : ", ") + name;
+    if (!::dlopen(name, RTLD_NOW | RTLD_LOCAL)) missing.emplace_back(name);
   }
   const bool is_of_nvidia = library.find("_nvidia.so") != std::string::npos;
   throw std::runtime_error("it has no vkCreateInstance" +

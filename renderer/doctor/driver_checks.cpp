@@ -22,17 +22,19 @@ bool contains(std::string_view text, std::string_view part) {
 
 std::vector<Finding> check_loader(const Facts& facts) {
   const LoaderFacts& loader = facts.loader;
-  if (!loader.fault.empty() && !loader.override_file.empty())
-    return {{Level::error,
-             "there is no usable Vulkan loader: " + loader.fault + "; LD_LIBRARY_PATH leads to " +
-                 quote(loader.override_file),
+  const bool is_old = loader.version < make_version(1, 3, 0);
+  const std::string fault = !loader.fault.empty() ? "there is no usable Vulkan loader: " + loader.fault
+                            : is_old
+                                ? "the Vulkan loader " + version_text(loader.version) + " is older than 1.3"
+                                : "";
+  if (!fault.empty() && !loader.override_file.empty())
+    return {{Level::error, fault + "; LD_LIBRARY_PATH leads to " + quote(loader.override_file),
              "unset LD_LIBRARY_PATH"}};
-  if (!loader.fault.empty())
-    return {{Level::error, "there is no usable Vulkan loader: " + loader.fault,
-             "sudo apt-get install --reinstall libvulkan1 mesa-vulkan-drivers"}};
-  if (loader.version < make_version(1, 3, 0))
-    return {{Level::error, "the Vulkan loader " + version_text(loader.version) + " is older than 1.3",
-             "sudo apt-get install libvulkan1"}};
+  if (!fault.empty())
+    return {{Level::error, fault,
+             is_old && loader.fault.empty()
+                 ? "sudo apt-get install libvulkan1"
+                 : "sudo apt-get install --reinstall libvulkan1 mesa-vulkan-drivers"}};
   return {{Level::ok,
            "Vulkan loader " + version_text(loader.version) + (loader.file.empty() ? "" : ", " + loader.file),
            ""}};
@@ -46,12 +48,20 @@ Finding ignored_variable(const Facts& facts, const std::string& name, uint32_t s
           fix};
 }
 
+// The variable of old loaders, which names all drivers: for VK_ADD_DRIVER_FILES those of the system, too.
+std::string line_of_old_loaders(const Facts& facts, std::string_view name) {
+  std::vector<std::string> files{facts.variable(std::string(name))};
+  for (const ManifestFacts& manifest : facts.manifests) {
+    if (name == "VK_ADD_DRIVER_FILES" && manifest.fault.empty()) files.push_back(manifest.file);
+  }
+  return export_line("VK_ICD_FILENAMES", joined(files, ":"));
+}
+
 // Variables that this loader is too old for.
 void add_ignored_variables(const Facts& facts, std::vector<Finding>& findings) {
   for (const char* name : {"VK_DRIVER_FILES", "VK_ADD_DRIVER_FILES"}) {
     if (!facts.loader.reads(kReadsDriverFiles) && !facts.variable(name).empty())
-      findings.push_back(ignored_variable(facts, name, kReadsDriverFiles,
-                                          export_line("VK_ICD_FILENAMES", facts.variable(name))));
+      findings.push_back(ignored_variable(facts, name, kReadsDriverFiles, line_of_old_loaders(facts, name)));
   }
   for (const char* name :
        {"VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE", "VK_LOADER_LAYERS_DISABLE"}) {
@@ -166,7 +176,7 @@ std::vector<Finding> check_manifests(const Facts& facts) {
     return {
         {Level::error, "there is no Vulkan driver: no manifest (icd.d/*.json) was found", kInstallDriver}};
   std::vector<Finding> findings;
-  std::string loaded;
+  std::vector<std::string> loaded;
   for (const ManifestFacts& manifest : facts.manifests) {
     if (!manifest.hidden_by.empty()) continue;  // a finding of driver-variables
     const std::string title = manifest.file + " (" + manifest.library + ")";
@@ -176,8 +186,7 @@ std::vector<Finding> check_manifests(const Facts& facts) {
         findings.push_back(
             {Level::warning, "the driver manifest " + manifest.file + " is broken: " + manifest.fault, ""});
     } else if (manifest.load.passed()) {
-      loaded += (loaded.empty() ? "" : ", ") + manifest.file +
-                (manifest.variable.empty() ? "" : " (by " + manifest.variable + ")");
+      loaded.push_back(manifest.file + (manifest.variable.empty() ? "" : " (by " + manifest.variable + ")"));
     } else if (contains(manifest.load.detail, "wrong ELF class")) {
       findings.push_back({Level::note, "the driver of " + title + " is for 32-bit programs", ""});
     } else if (manifest.load.went_wrong()) {
@@ -192,7 +201,7 @@ std::vector<Finding> check_manifests(const Facts& facts) {
       if (finding.level == Level::warning) finding.level = Level::error;
     }
   } else {
-    findings.insert(findings.begin(), {Level::ok, "driver libraries that load: " + loaded, ""});
+    findings.insert(findings.begin(), {Level::ok, "driver libraries that load: " + joined(loaded), ""});
   }
   return findings;
 }
@@ -223,14 +232,14 @@ std::vector<Finding> check_layers(const Facts& facts) {
   if (facts.layered_listing.went_wrong()) return check_broken_layers(facts);
   // Mesa installs this one with its drivers; it only orders the devices.
   constexpr std::string_view kHarmless = "VK_LAYER_MESA_device_select";
-  std::string names;
+  std::vector<std::string> names;
   bool harmless = true;
   for (const LayerFacts& layer : facts.implicit_layers) {
-    names += (names.empty() ? "" : ", ") + layer.name;
+    names.push_back(layer.name);
     harmless = harmless && layer.name == kHarmless;
   }
   if (harmless) return {{Level::ok, "the only implicit Vulkan layer is Mesa's, which orders devices", ""}};
-  return {{Level::note, "implicit Vulkan layers are active, and may change or break images: " + names,
+  return {{Level::note, "implicit Vulkan layers are active, and may change or break images: " + joined(names),
            layers_off_line(facts.implicit_layers)}};
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/files.h"
 #include "base/json/json_fault.h"
+#include "base/words.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -25,13 +26,15 @@ std::string value_of(const Environment& environment, const char* name) {
 }
 
 std::vector<std::string> split_paths(const std::string& paths) {
-  std::vector<std::string> parts;
-  for (size_t begin = 0; begin <= paths.size();) {
-    const size_t end = std::min(paths.find(':', begin), paths.size());
-    if (end > begin) parts.push_back(paths.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
+  return split(paths, ":");
+}
+
+// A name that a shell's export takes: a manifest may hold any text.
+bool is_variable_name(const std::string& name) {
+  constexpr std::string_view kDigits = "0123456789",
+                             kOther = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
+  return !name.empty() && kDigits.find(name[0]) == std::string_view::npos &&
+         name.find_first_not_of(std::string(kDigits) + std::string(kOther)) == std::string::npos;
 }
 
 std::filesystem::path under(const std::filesystem::path& root, const std::filesystem::path& path) {
@@ -128,23 +131,26 @@ std::optional<std::pair<std::string, std::string>> variable_of(const nlohmann::j
                                                                const char* member) {
   if (!layer.contains(member) || !layer[member].is_object() || layer[member].empty()) return std::nullopt;
   const auto first = layer[member].begin();
+  if (!is_variable_name(first.key())) return std::nullopt;
   return std::pair(first.key(), first->is_string() ? first->get<std::string>() : "");
 }
 
 // As the loader decides it.
 bool is_active(const nlohmann::json& layer, const std::string& name, const Environment& environment,
-               bool has_filters) {
+               const LoaderFacts& loader) {
   const auto disabling = variable_of(layer, "disable_environment");
   if (!disabling || environment.contains(disabling->first)) return false;  // without one a layer is skipped
   const auto enabling = variable_of(layer, "enable_environment");
   const auto value = enabling ? environment.find(enabling->first) : environment.end();
   const bool enabled = !enabling || (value != environment.end() && value->second == enabling->second);
-  if (!has_filters) return enabled;
+  if (!loader.reads(kReadsFilters)) return enabled;
   if (matches_filter(value_of(environment, "VK_LOADER_LAYERS_ENABLE"), name)) return true;
   const std::string disabled = value_of(environment, "VK_LOADER_LAYERS_DISABLE");
   const bool is_disabled = matches_filter(disabled, name) || matches_filter(disabled, "~implicit~") ||
                            matches_filter(disabled, "~all~");
-  return enabled && (!is_disabled || matches_filter(value_of(environment, "VK_LOADER_LAYERS_ALLOW"), name));
+  const bool is_allowed =
+      loader.reads(kReadsAllow) && matches_filter(value_of(environment, "VK_LOADER_LAYERS_ALLOW"), name);
+  return enabled && (!is_disabled || is_allowed);
 }
 
 }  // namespace
@@ -215,8 +221,7 @@ std::vector<LayerFacts> find_implicit_layers(const Environment& environment, con
     for (const nlohmann::json* const layer : found) {
       if (!layer->is_object() || !layer->contains("name") || !(*layer)["name"].is_string()) continue;
       const std::string name = (*layer)["name"].get<std::string>();
-      if (!is_active(*layer, name, environment, loader.reads(kReadsFilters)) || !seen.insert(name).second)
-        continue;
+      if (!is_active(*layer, name, environment, loader) || !seen.insert(name).second) continue;
       const auto disabling = *variable_of(*layer, "disable_environment");
       layers.push_back({name, file, disabling.first, disabling.second.empty() ? "1" : disabling.second, {}});
     }

@@ -1,8 +1,10 @@
 #include "renderer/doctor/loader_rules.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "base/text.h"
+#include "base/words.h"
 
 namespace fire3dv::doctor {
 namespace {
@@ -12,7 +14,7 @@ bool matches_entry(std::string_view entry, std::string_view name) {
   if (any_beginning) entry.remove_prefix(1);
   const bool any_end = entry.ends_with('*');
   if (any_end) entry.remove_suffix(1);
-  if (entry.empty()) return any_beginning || any_end;
+  if (entry.empty()) return true;  // "*" or "**"
   if (any_beginning && any_end) return name.find(entry) != std::string_view::npos;
   if (any_beginning) return name.ends_with(entry);
   return any_end ? name.starts_with(entry) : name == entry;
@@ -26,13 +28,10 @@ std::string version_text(uint32_t version) {
 }
 
 bool matches_filter(std::string_view filter, std::string_view name) {
-  const std::string entries = lower_case(std::string(filter)), lower_name = lower_case(std::string(name));
-  for (size_t begin = 0; begin <= entries.size();) {
-    const size_t end = std::min(entries.find(',', begin), entries.size());
-    if (matches_entry(std::string_view(entries).substr(begin, end - begin), lower_name)) return true;
-    begin = end + 1;
-  }
-  return false;
+  const std::string lower_name = lower_case(std::string(name));
+  const std::vector<std::string> entries = split(lower_case(std::string(filter)), ",");
+  return std::any_of(entries.begin(), entries.end(),
+                     [&](const std::string& entry) { return matches_entry(entry, lower_name); });
 }
 
 }  // namespace fire3dv::doctor

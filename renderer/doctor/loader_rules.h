@@ -14,10 +14,12 @@ constexpr uint32_t make_version(uint32_t major, uint32_t minor, uint32_t patch) 
 std::string version_text(uint32_t version);
 
 // The first versions that read VK_DRIVER_FILES and VK_ADD_DRIVER_FILES; VK_LOADER_DRIVERS_* and
-// VK_LOADER_LAYERS_*; VK_IMPLICIT_LAYER_PATH and VK_ADD_IMPLICIT_LAYER_PATH.
+// VK_LOADER_LAYERS_* but ..._ALLOW; VK_LOADER_LAYERS_ALLOW; VK_IMPLICIT_LAYER_PATH and
+// VK_ADD_IMPLICIT_LAYER_PATH.
 constexpr uint32_t kReadsDriverFiles = make_version(1, 3, 207);
 constexpr uint32_t kReadsFilters = make_version(1, 3, 234);
-constexpr uint32_t kReadsLayerPaths = make_version(1, 3, 295);
+constexpr uint32_t kReadsAllow = make_version(1, 3, 262);
+constexpr uint32_t kReadsLayerPaths = make_version(1, 3, 296);
 
 // True if a name matches an entry of a filter such as "*nvidia*,lvp_icd.json": entries are separated by
 // commas, have stars at their ends alone, and match in any letter case.

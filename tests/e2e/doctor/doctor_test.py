@@ -51,6 +51,13 @@ class Machine:
         if way:
             self.env["FIRE3DV_FAKE_DRIVER"] = way
 
+    def fake_of_the_system(self):
+        """The fake driver lies in a folder of the system, and no variable names drivers."""
+        del self.env["VK_DRIVER_FILES"]
+        os.makedirs(os.path.join(self.folder, "vulkan/icd.d"))
+        self.manifest(FAKE_DRIVER, "vulkan/icd.d/gpu.json")
+        self.env |= {"XDG_DATA_HOME": self.folder, "XDG_DATA_DIRS": "/nowhere", "XDG_CONFIG_DIRS": "/nowhere"}
+
     def run(self, *options, prefix=(), limit_s=LIMIT_S):
         return subprocess.run([*prefix, FIRE3DV, "doctor", "--time-limit", limit_s, *options], capture_output=True, text=True,
                               timeout=HANG_S, env=self.env, check=False)
@@ -135,10 +142,8 @@ def fake_works(machine):
 
 def gpu_before_added_software(machine):
     """The wheel adds its software driver to those of the system: a GPU is taken all the same."""
-    del machine.env["VK_DRIVER_FILES"]
-    os.makedirs(os.path.join(machine.folder, "vulkan/icd.d"))
-    machine.manifest(FAKE_DRIVER, "vulkan/icd.d/gpu.json")
-    machine.env |= {"VK_ADD_DRIVER_FILES": GOOD_DRIVERS, "XDG_DATA_HOME": machine.folder, "XDG_DATA_DIRS": "/nowhere", "XDG_CONFIG_DIRS": "/nowhere"}
+    machine.fake_of_the_system()
+    machine.env["VK_ADD_DRIVER_FILES"] = GOOD_DRIVERS
     report = json.loads(machine.run("--json").stdout)
     types = {each["type"]: each["name"] for each in report["devices"]}
     assert types["discrete GPU"] == "fake GPU" and "llvmpipe" in types["software"], report["devices"]
@@ -265,10 +270,19 @@ def layer_hangs(machine):
 
 
 def cuda_without_a_device(machine):
-    machine.fake()
+    """No variable replaces the drivers here: it would switch the check off."""
+    machine.fake_of_the_system()
     os.symlink(FAKE_CUDA, os.path.join(machine.folder, "libcuda.so.1"))
     machine.env["LD_LIBRARY_PATH"] = machine.folder
-    assert "nvidia-without-vulkan" not in machine.findings(status=0)
+    for devices, is_found in (("0", False), ("1", True)):
+        machine.env["FIRE3DV_FAKE_CUDA_DEVICES"] = devices
+        report = json.loads(machine.run("--json").stdout)
+        assert len(report["cuda_devices"]) == int(devices), report["cuda_devices"]
+        found = {each["id"]: each for each in report["findings"] if each["level"] != "ok"}
+        if is_found:
+            expect(found, "nvidia-without-vulkan", "error", "CUDA works")
+        else:
+            assert "nvidia-without-vulkan" not in found or os.path.exists("/dev/nvidiactl"), found
 
 
 def hidden_driver(machine):
@@ -332,6 +346,12 @@ def report_to_links_and_pipes(machine):
         output.seek(0)
         assert re.search("^fire3dv .*^Output of `fire3dv doctor`.*```$", output.read(), re.M | re.S)
     assert os.path.islink("/dev/stdout")
+    with open(target, "w+", encoding="utf-8") as log:  # a file behind another descriptor is continued
+        log.write("earlier\n")
+        log.flush()
+        subprocess.run([FIRE3DV, "doctor", "--report", "/dev/stderr"], stdout=subprocess.DEVNULL, stderr=log, env=machine.env, check=False)
+        log.seek(0)
+        assert re.search("^earlier\nOutput of `fire3dv doctor`", log.read()), "the file was replaced"
 
 
 def usage(machine):

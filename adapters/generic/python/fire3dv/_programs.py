@@ -12,7 +12,7 @@ PROGRAMS = os.path.join(PACKAGE, "bin")
 FALLBACKS = {"stdcxx": "libstdc++.so.6", "vulkan": "libvulkan.so.1", "x11": "libX11.so.6", "xext": "libXext.so.6",
              "glvnd": "libEGL.so.1"}
 STDCXX_SYMBOLS = b"GLIBCXX_3.4.30"  # the newest that the programs need: GCC 12
-LOADER_VERSION = (1, 3, 234)  # the Vulkan loader that reads VK_ADD_DRIVER_FILES
+LOADER_VERSION = (1, 3, 207)  # the Vulkan loader that reads VK_ADD_DRIVER_FILES
 
 
 def _loaded_file(name: str) -> str:

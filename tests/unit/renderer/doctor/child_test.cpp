@@ -53,6 +53,16 @@ TEST(Child, AParentThatIgnoresItsChildrenGetsTheirAnswers) {
   EXPECT_EQ(::signal(SIGCHLD, SIG_DFL), SIG_IGN);
 }
 
+TEST(Child, ATimeLimitIsNamedInFull) {
+  const ChildResult result = run_in_child(
+      []() -> nlohmann::json {
+        ::pause();
+        return true;
+      },
+      std::chrono::milliseconds(1234));
+  EXPECT_EQ(result.trial.detail, "1.234 s");
+}
+
 TEST(Child, AChildThatHangsIsKilledWithItsOwnChildren) {
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);

@@ -67,6 +67,10 @@ TEST(DriverChecks, AnOldLoaderIsAnError) {
   Facts facts = good_machine();
   facts.loader.version = 1u << 22 | 2u << 12 | 131u;
   EXPECT_TRUE(mentions(fault(facts, "loader").text, "1.2.131 is older than 1.3"));
+  EXPECT_EQ(fault(facts, "loader").fix, "sudo apt-get install libvulkan1");
+  facts.loader.override_file = "/opt/lib/libvulkan.so.1";
+  EXPECT_TRUE(mentions(fault(facts, "loader").text, "LD_LIBRARY_PATH leads to \"/opt/lib/libvulkan.so.1\""));
+  EXPECT_EQ(fault(facts, "loader").fix, "unset LD_LIBRARY_PATH");
 }
 
 TEST(DriverChecks, NoManifestIsAnError) {
@@ -130,6 +134,9 @@ TEST(DriverChecks, AnOldLoaderIgnoresAddedDrivers) {
   facts.loader.version = make_version(1, 3, 204);
   EXPECT_TRUE(
       mentions(fault(facts, "driver-variables").text, "ignores the environment variable VK_ADD_DRIVER"));
+  EXPECT_EQ(fault(facts, "driver-variables").fix,
+            "export VK_ICD_FILENAMES=/wheel/lvp.json:/usr/share/vulkan/icd.d/lvp_icd.json")
+      << "drivers of the system stay";
   facts.environment = {{"VK_DRIVER_FILES", "/my drivers/lvp.json"}};
   EXPECT_FALSE(facts.replaces_drivers());
   EXPECT_EQ(fault(facts, "driver-variables").level, Level::warning);

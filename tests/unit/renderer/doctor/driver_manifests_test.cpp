@@ -140,6 +140,37 @@ TEST(ImplicitLayers, EnvironmentEnablesAndDisables) {
   EXPECT_EQ(both[1].variable + "=" + both[1].value, "NO_B=1");
 }
 
+TEST(ImplicitLayers, VariablesHaveNamesForAShell) {
+  const TestRoot root;
+  for (const char* name : {"X; reboot", "1X", "", "A-B", "A=B", "\\u00c4"}) {
+    root.write(
+        "usr/share/vulkan/implicit_layer.d/a.json",
+        std::string(R"({"layer": {"name": "VK_LAYER_A", "disable_environment": {")") + name + R"(": "1"}}})");
+    EXPECT_TRUE(find_implicit_layers({}, {}, root.path()).empty()) << name;
+  }
+  root.write("usr/share/vulkan/implicit_layer.d/a.json",
+             R"({"layer": {"name": "VK_LAYER_A", "disable_environment": {"_no_A1": "1"}}})");
+  EXPECT_EQ(find_implicit_layers({}, {}, root.path()).size(), 1u);
+}
+
+TEST(ImplicitLayers, VersionsOfTheLoaderReadTheirVariables) {
+  const TestRoot root;
+  root.write("opt/layers/d.json",
+             R"({"layer": {"name": "VK_LAYER_D", "disable_environment": {"NO_D": "1"}}})");
+  root.write("usr/share/vulkan/implicit_layer.d/a.json",
+             R"({"layer": {"name": "VK_LAYER_A", "disable_environment": {"NO_A": "1"}}})");
+  const auto count = [&](const std::map<std::string, std::string>& environment, uint32_t patch) {
+    return find_implicit_layers(environment, {"", "", make_version(1, 3, patch), ""}, root.path()).size();
+  };
+  const std::map<std::string, std::string> allowed{{"VK_LOADER_LAYERS_DISABLE", "*"},
+                                                   {"VK_LOADER_LAYERS_ALLOW", "*A"}};
+  EXPECT_EQ(count(allowed, 261), 0u);
+  EXPECT_EQ(count(allowed, 262), 1u);
+  const std::map<std::string, std::string> added{{"VK_ADD_IMPLICIT_LAYER_PATH", "/opt/layers"}};
+  EXPECT_EQ(count(added, 295), 1u);
+  EXPECT_EQ(count(added, 296), 2u);
+}
+
 TEST(ImplicitLayers, DeepManifestsAreSkipped) {
   const TestRoot root;
   root.write("usr/share/vulkan/implicit_layer.d/a.json",
