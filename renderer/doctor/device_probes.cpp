@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/words.h"
 #include "renderer/gpu/acceleration.h"
 #include "renderer/gpu/device/device.h"
 #include "renderer/gpu/loader/vulkan_loader.h"
@@ -133,7 +134,7 @@ nlohmann::json probe_library(const std::string& library) {
   }
   const bool is_of_nvidia = library.find("_nvidia.so") != std::string::npos;
   throw std::runtime_error("it has no vkCreateInstance" +
-                           (is_of_nvidia && !missing.empty() ? " without " + missing : ""));
+                           (is_of_nvidia && !missing.empty() ? " without " + joined(missing) : ""));
 }
 
 nlohmann::json probe_devices() {
