@@ -21,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPageName = "index.html";  // the last file of a set
-constexpr uint64_t kMaxFileBytes = uint64_t{2} << 30;
 
 // Number of instances and sizes of the files of a listed image. nullopt: the line is no image's.
 std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohmann::json& line,
@@ -149,18 +148,19 @@ Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& dra
   return frame;
 }
 
-bool DatasetFormat::is_finished(const fs::path& folder) const {
+bool DatasetFormat::is_packed(const fs::path& folder) const {
   std::error_code fault;
   return layout_->is_packed(folder) && fs::exists(folder / kPageName, fault);
 }
 
-bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nlohmann::json& line) const {
+bool DatasetFormat::is_complete(const fs::path& folder, uint64_t image, const nlohmann::json& line,
+                                bool is_packed) const {
   const auto listed = listed_files(line, description_);
   if (!listed) return false;
   const auto& [instances, sizes] = *listed;
   const std::vector<std::string> names = layout_->file_names(description_, image, instances);
   if (names.size() != sizes.size()) return false;
-  if (is_finished(folder)) return true;
+  if (is_packed) return true;
   for (size_t i = 0; i < names.size(); ++i) {
     std::error_code fault;
     const fs::path path = folder / names[i];
@@ -177,7 +177,7 @@ Result<offline::EncodedFrame> DatasetFormat::load(const fs::path& folder, uint64
   offline::EncodedFrame frame;
   frame.line = line;
   if (!listed) return Error{folder.string() + ": the line of image " + std::to_string(image) + " is damaged"};
-  if (is_finished(folder))
+  if (is_packed(folder))
     return Error{folder.string() + " is a finished data set and no part of one: copy the folder instead"};
   const auto names = layout_->file_names(description_, image, listed->first);
   for (size_t i = 0; i < names.size(); ++i) {
@@ -200,7 +200,7 @@ Result<void> DatasetFormat::begin(const fs::path& folder) {
 }
 
 Result<void> DatasetFormat::complete(const fs::path& folder, const offline::FrameLines& lines) {
-  if (is_finished(folder)) {
+  if (is_packed(folder)) {
     layout_->remove_loose(folder, description_, lines);  // a run that was killed may have left them
     return {};
   }

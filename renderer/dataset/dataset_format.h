@@ -31,8 +31,9 @@ class DatasetFormat final : public offline::FrameFormat {
   void add_poses(uint64_t image, ImagePoses poses);
 
   Result<offline::EncodedFrame> encode(const sinks::FrameImage& image) override;
-  bool is_complete(const std::filesystem::path& folder, uint64_t image,
-                   const nlohmann::json& line) const override;
+  bool is_packed(const std::filesystem::path& folder) const override;
+  bool is_complete(const std::filesystem::path& folder, uint64_t image, const nlohmann::json& line,
+                   bool is_packed) const override;
   Result<offline::EncodedFrame> load(const std::filesystem::path& folder, uint64_t image,
                                      const std::string& line,
                                      const offline::Manifest& manifest) const override;
@@ -45,8 +46,6 @@ class DatasetFormat final : public offline::FrameFormat {
   Result<void> complete(const std::filesystem::path& folder, const offline::FrameLines& lines) override;
 
  private:
-  // True if the files of the whole set hold all images, whose own files may be gone.
-  bool is_finished(const std::filesystem::path& folder) const;
   Result<void> write_final_files(const std::filesystem::path& folder, const offline::FrameLines& lines) const;
 
   const Description description_;

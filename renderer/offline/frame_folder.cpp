@@ -77,10 +77,11 @@ bool is_nested_too_deep(const std::string& line) {
   return false;
 }
 
-uint64_t bytes_of(const sinks::FrameImage& image) {
-  uint64_t bytes = image.rgba8.size();
-  for (const sinks::FramePlane& plane : image.planes) bytes += plane.bytes.size();
-  return bytes + (image.amodal ? image.amodal->masks.size() : 0);
+// Without pixels.
+sinks::FrameImage numbered(uint64_t frame) {
+  sinks::FrameImage image;
+  image.frame_index = frame;
+  return image;
 }
 
 // First entry of a folder without a manifest that the run could overwrite or be mixed with. The temporary
@@ -113,6 +114,7 @@ Result<FrameLines> listed_frames(const fs::path& folder, const Manifest& manifes
   ListLines list;
   if (!list.open(folder / kFrameListName)) return strange;
   const Part part = manifest.part();
+  const bool is_packed = format.is_packed(folder);
   // An unterminated line is the one during which the run was killed.
   for (std::string line; list.next(line);) {
     if (is_nested_too_deep(line)) continue;
@@ -121,7 +123,7 @@ Result<FrameLines> listed_frames(const fs::path& folder, const Manifest& manifes
     if (!json.is_object() || number == json.end() || !number->is_number_unsigned()) continue;
     const auto frame = number->get<uint64_t>();
     if (frame < part.first || frame - part.first >= part.frames || frames.contains(frame)) continue;
-    if (format.is_complete(folder, frame, json)) frames[frame] = std::move(line);
+    if (format.is_complete(folder, frame, json, is_packed)) frames[frame] = std::move(line);
   }
   if (list.too_long()) return strange;
   return frames;
@@ -183,7 +185,7 @@ FrameFolder::~FrameFolder() {
 Result<void> FrameFolder::consume(sinks::FrameImage&& image) {
   FIRE3DV_ASSERT(is_consistent(image));
   std::unique_lock lock(mutex_);
-  const uint64_t bytes = bytes_of(image);
+  const uint64_t bytes = sinks::memory_bytes(image);
   const auto has_room = [&] {
     return jobs_.empty() || (jobs_.size() < workers_.size() + 4 && queued_bytes_ + bytes <= kMaxQueuedBytes);
   };
@@ -204,7 +206,7 @@ Result<void> FrameFolder::copy(uint64_t frame, const fs::path& from_folder, cons
   if (auto written = write_files(*loaded); !written) return written;
   const std::lock_guard lock(mutex_);
   auto job = std::make_unique<Job>();
-  job->image.frame_index = frame;
+  job->image = numbered(frame);
   job->line = line + "\n";
   job->started = job->written = true;
   jobs_.push_back(std::move(job));
@@ -231,9 +233,7 @@ void FrameFolder::work() {
       written = Error{"the labels of image " + std::to_string(job.image.frame_index) + " take " +
                       std::to_string(job.line.size() >> 20) + " MiB, more than " +
                       std::to_string(kMaxLineBytes >> 20) + ": label fewer nodes with --object"};
-    job.image.rgba8 = {};
-    job.image.planes = {};
-    job.image.amodal.reset();
+    job.image = numbered(job.image.frame_index);
     lock.lock();
     queued_bytes_ -= job.bytes;
     if (!written && !error_) error_ = written.error();

@@ -36,7 +36,7 @@ Result<EncodedFrame> PngFrames::encode(const sinks::FrameImage& image) {
 
 // Checks signature and end of a PNG. Files are renamed when complete, so only a power cut leaves a partial
 // one.
-bool PngFrames::is_complete(const fs::path& folder, uint64_t frame, const nlohmann::json&) const {
+bool PngFrames::is_complete(const fs::path& folder, uint64_t frame, const nlohmann::json&, bool) const {
   const fs::path path = folder / frame_file_name(frame);
   constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   constexpr std::array<unsigned char, 8> kEnd{'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};

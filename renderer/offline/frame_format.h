@@ -37,10 +37,12 @@ class FrameFormat {
   virtual ~FrameFormat() = default;
 
   virtual Result<EncodedFrame> encode(const sinks::FrameImage& image) = 0;
+  // True if files of the whole run hold all frames, whose own files may be gone.
+  virtual bool is_packed(const std::filesystem::path&) const { return false; }
   // True if all files of a listed frame are there, and complete. Names follow from the number and never from
-  // texts of the line, so that a list cannot name other files.
-  virtual bool is_complete(const std::filesystem::path& folder, uint64_t frame,
-                           const nlohmann::json& line) const = 0;
+  // texts of the line, so that a list cannot name other files. is_packed: of the folder.
+  virtual bool is_complete(const std::filesystem::path& folder, uint64_t frame, const nlohmann::json& line,
+                           bool is_packed) const = 0;
   // Reads the files of a complete frame, for another folder.
   virtual Result<EncodedFrame> load(const std::filesystem::path& folder, uint64_t frame,
                                     const std::string& line, const Manifest& manifest) const = 0;
@@ -59,8 +61,8 @@ class FrameFormat {
 class PngFrames final : public FrameFormat {
  public:
   Result<EncodedFrame> encode(const sinks::FrameImage& image) override;
-  bool is_complete(const std::filesystem::path& folder, uint64_t frame,
-                   const nlohmann::json& line) const override;
+  bool is_complete(const std::filesystem::path& folder, uint64_t frame, const nlohmann::json& line,
+                   bool is_packed) const override;
   Result<EncodedFrame> load(const std::filesystem::path& folder, uint64_t frame, const std::string& line,
                             const Manifest& manifest) const override;
 };

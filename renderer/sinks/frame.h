@@ -72,6 +72,18 @@ class FrameSink {
   virtual Result<void> finish() = 0;
 };
 
+// Memory of an image's pixels and labels, as far as it grows with its size.
+inline uint64_t memory_bytes(const FrameImage& image) {
+  uint64_t bytes = image.rgba8.size();
+  for (const FramePlane& plane : image.planes) bytes += plane.bytes.size();
+  if (image.amodal)
+    bytes += image.amodal->masks.size() + image.amodal->records.size() * sizeof(wire::AmodalRecord);
+  for (const std::optional<Flow>* const flow : {&image.flow_forward, &image.flow_backward}) {
+    if (*flow) bytes += (*flow)->motion_px.size() * sizeof(float) + (*flow)->occlusion.size();
+  }
+  return bytes;
+}
+
 // False for an image whose byte count contradicts its size, which is a bug of the renderer.
 inline bool is_consistent(const FrameImage& image) {
   const bool has_others = !image.planes.empty() || image.boxes2d || image.boxes3d || image.amodal;

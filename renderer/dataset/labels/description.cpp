@@ -70,7 +70,7 @@ bool parse(const ordered_json& json, Description& out) {
       !(out.depth_unit_mm > 0))
     return false;
   if (json.contains("flow_frames") && !number_at(json, "flow_frames", out.flow_frames)) return false;
-  out.is_stereo = json.contains("stereo") && json["stereo"].is_boolean() && json["stereo"].get<bool>();
+  out.is_stereo = flag_at(json, "stereo");
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
     if (!json.contains(name) || !json[name].is_array()) return false;
     const bool has_texts = std::string_view("cameras warnings").find(name) != std::string_view::npos;

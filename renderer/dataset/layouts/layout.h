@@ -22,6 +22,8 @@ struct Depth16 {
   const char* beyond = "";  // value of pixels that are too far, for a warning
 };
 
+constexpr uint64_t kMaxFileBytes = uint64_t{2} << 30;  // of an image or model
+
 // Const methods are called by several threads at once.
 class Layout {
  public:
@@ -35,6 +37,8 @@ class Layout {
   virtual std::optional<Depth16> depth16(const Description&) const { return {}; }
   // Outputs beside colours, depth and instances.
   virtual wire::ImageOutputs further_outputs() const { return wire::ImageOutputs(wire::kAmodal); }
+  // False: images have flow to the earlier one alone.
+  virtual bool has_flow_forward() const { return true; }
   // Sub-folders, relative to the set's.
   virtual std::vector<std::string> folders(const Description& description) const = 0;
   // Files of the whole set that begin() writes beside the description, such as models.

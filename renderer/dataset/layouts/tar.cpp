@@ -17,7 +17,6 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr size_t kBlock = 512;
-constexpr size_t kRecord = 20 * kBlock;  // archives end at a multiple of it
 
 // Header block, IEEE 1003.1, "ustar Interchange Format".
 std::array<char, kBlock> make_header(const std::string& name, uint64_t bytes) {
@@ -73,8 +72,7 @@ Result<void> TarFile::add(const std::string& name, std::span<const uint8_t> byte
 }
 
 Result<uint64_t> TarFile::finish() {
-  uint64_t end = bytes_ + 2 * kBlock;
-  end = (end + kRecord - 1) / kRecord * kRecord;
+  const uint64_t end = archive_bytes(bytes_);
   const std::vector<char> zeros(end - bytes_);
   if (auto added = file_.append(as_bytes(zeros)); !added) return added.error();
   if (auto done = file_.commit(); !done) return done.error();

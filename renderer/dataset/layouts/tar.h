@@ -19,6 +19,13 @@ constexpr uint64_t tar_bytes(uint64_t file_bytes) {
   return kBlock + (file_bytes + kBlock - 1) / kBlock * kBlock;
 }
 
+// Size of an archive whose files take so many bytes: two empty blocks end it, and it is filled up to a whole
+// record.
+constexpr uint64_t archive_bytes(uint64_t files_bytes) {
+  constexpr uint64_t kEnd = 2 * 512, kRecord = 20 * 512;
+  return (files_bytes + kEnd + kRecord - 1) / kRecord * kRecord;
+}
+
 class TarFile {
  public:
   static Result<TarFile> create(const std::filesystem::path& path);

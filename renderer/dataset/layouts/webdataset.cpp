@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 constexpr const char* kLooseFolder = "images";
 constexpr const char* kListName = "shards.json";
 constexpr uint64_t kMaxListBytes = 1 << 26;
-constexpr uint64_t kMaxLooseBytes = uint64_t{2} << 30;
 
 std::string shard_name(uint64_t shard) {
   return "shard-" + six_digits(shard) + ".tar";
@@ -106,12 +105,12 @@ Result<void> WebDatasetLayout::complete(const fs::path& folder, const Descriptio
     std::vector<std::pair<std::string, std::vector<uint8_t>>> files;
     uint64_t image_bytes = 0;
     for (const std::string& name : file_names(description, image, 0)) {
-      auto file = read_whole_file(folder / name, kMaxLooseBytes);
+      auto file = read_whole_file(folder / name, kMaxFileBytes);
       if (!file) return file.error();
       image_bytes += tar_bytes(file->size());
       files.emplace_back(fs::path(name).filename().string(), std::move(*file));
     }
-    if (bytes + image_bytes > description.tar_bytes) {
+    if (archive_bytes(bytes + image_bytes) > description.tar_bytes) {
       if (auto ended = end_shard(); !ended) return ended;
     }
     if (!tar) {

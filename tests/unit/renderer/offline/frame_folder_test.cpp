@@ -215,7 +215,7 @@ TEST_F(OfflineFolder, WaitingImagesHaveALimitInBytes) {
       --running_;
       return EncodedFrame{{}, "{\"frame\":" + std::to_string(image.frame_index) + "}"};
     }
-    bool is_complete(const fs::path&, uint64_t, const nlohmann::json&) const override { return false; }
+    bool is_complete(const fs::path&, uint64_t, const nlohmann::json&, bool) const override { return false; }
     Result<EncodedFrame> load(const fs::path&, uint64_t, const std::string&, const Manifest&) const override {
       return EncodedFrame{};
     }
@@ -226,12 +226,36 @@ TEST_F(OfflineFolder, WaitingImagesHaveALimitInBytes) {
   ASSERT_TRUE(folder.ok() && (*folder)->begin(kMachine).ok());
   for (uint64_t frame = 0; frame < 2; ++frame) {
     sinks::FrameImage image = image_of(frame);
-    image.amodal.emplace();
-    image.amodal->masks.resize(size_t{257} << 20);
+    if (frame == 0)
+      image.amodal.emplace().masks.resize(size_t{257} << 20);
+    else
+      image.flow_backward.emplace().occlusion.resize(size_t{257} << 20);
     ASSERT_TRUE((*folder)->consume(std::move(image)).ok());
   }
   ASSERT_TRUE((*folder)->finish().ok());
   EXPECT_EQ(format->at_once_, 1);
+}
+
+// Otherwise each line of a packed set would read the files of the whole set.
+TEST_F(OfflineFolder, FilesOfTheWholeRunAreLookedAtOnce) {
+  run(0, kFrames);
+  class PackedFrames final : public FrameFormat {
+   public:
+    Result<EncodedFrame> encode(const sinks::FrameImage&) override { return EncodedFrame{}; }
+    bool is_packed(const fs::path&) const override { return ++looks_ == 1; }
+    bool is_complete(const fs::path&, uint64_t, const nlohmann::json&, bool is_packed) const override {
+      return is_packed;
+    }
+    Result<EncodedFrame> load(const fs::path&, uint64_t, const std::string&, const Manifest&) const override {
+      return EncodedFrame{};
+    }
+    mutable int looks_ = 0;
+  };
+  const PackedFrames format;
+  const auto listed = listed_frames(folder_, manifest_of(), format);
+  ASSERT_TRUE(listed.ok());
+  EXPECT_EQ(listed->size(), kFrames);
+  EXPECT_EQ(format.looks_, 1);
 }
 
 TEST_F(OfflineFolder, ManifestIsValidated) {
