@@ -28,6 +28,7 @@ class LabelledImages final : public offline::ImageSet {
   // plan: borrowed; null: nothing is randomised.
   LabelledImages(const DatasetOptions& options, std::unique_ptr<Layout> layout, const Plan* plan)
       : options_(options), plan_(plan), layout_(std::move(layout)) {
+    has_flow_forward_ = layout_->has_flow_forward();
     outputs_ = layout_->further_outputs();
     for (const auto output : {wire::kColorSrgb8, wire::kDepthF32, wire::kInstanceU32}) outputs_.add(output);
   }
@@ -36,6 +37,7 @@ class LabelledImages final : public offline::ImageSet {
   const std::vector<std::string>& cameras() const override { return options_.cameras; }
   uint32_t flow_frames() const override { return options_.flow_frames; }
   offline::ImageChanges* changes() override { return randomizer_ ? &*randomizer_ : nullptr; }
+  bool has_flow_forward() const override { return has_flow_forward_; }
   std::optional<size_t> other_of_pair(size_t camera) const override {
     return options_.is_stereo ? std::optional(camera ^ 1) : std::nullopt;
   }
@@ -53,6 +55,7 @@ class LabelledImages final : public offline::ImageSet {
   std::optional<Randomizer> randomizer_;
   std::unique_ptr<Layout> layout_;
   wire::ImageOutputs outputs_;
+  bool has_flow_forward_ = false;
   std::shared_ptr<DatasetFormat> format_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "base/plural.h"
@@ -39,20 +40,54 @@ std::vector<uint8_t> take_plane(sinks::FrameImage& image, wire::ImageOutput outp
   return bytes;
 }
 
-}  // namespace
+constexpr uint64_t kMaxWaitingBytes = uint64_t{4} << 30;  // of images that wait for their flow
 
-Result<void> check_flow_memory(uint32_t flow_frames, uint64_t cameras, VkExtent2D extent) {
-  if (flow_frames == 0) return {};
-  const uint64_t images = flow_frames * cameras + 1, bytes = images * passes::surfaces_bytes(extent);
-  if (images <= passes::kMinHistories || bytes <= passes::kMaxHistoryBytes) return {};
-  return Error{"--flow-frames: flow to images " + counted(flow_frames, "frame") + " apart, of " +
-               counted(cameras, "camera") + ", takes " + std::to_string(bytes >> 20) +
-               " MiB on the device; at most " + std::to_string(passes::kMaxHistoryBytes >> 20) +
+std::string describe(const FlowPlan& plan) {
+  return "--flow-frames: flow to images " + counted(plan.frames, "frame") + " apart, of " +
+         counted(plan.cameras, "camera") + ",";
+}
+
+Error too_large(const std::string& what, uint64_t bytes, uint64_t limit) {
+  return Error{what + std::to_string(bytes >> 20) + " MiB; at most " + std::to_string(limit >> 20) +
                ": choose a smaller --size, fewer cameras or fewer frames"};
 }
 
+// Without silhouettes, whose number an image decides.
+uint64_t image_bytes(const FlowPlan& plan) {
+  constexpr uint64_t kFlowBytes = 2 * (2 * sizeof(float) + 1);  // to both sides
+  const auto [width, height] = plan.extent;
+  return kFlowBytes * width * height +
+         wire::pixel_bytes_of(width, height, plan.outputs.bits() & ~uint32_t{wire::kAmodal}, 0);
+}
+
+}  // namespace
+
+FlowPlan plan_flow(const ImageSet* set, uint64_t cameras, VkExtent2D extent) {
+  if (!set) return {};
+  return {set->flow_frames(), cameras, set->has_flow_forward(), set->outputs(), extent};
+}
+
+Result<void> check_flow_memory(const FlowPlan& plan, uint64_t snapshot_bytes) {
+  if (plan.frames == 0) return {};
+  const uint64_t images = plan.stride() + 1;
+  const auto [width, height] = plan.extent;
+  const uint64_t surfaces_bytes = plan.has_later ? passes::surfaces_bytes(plan.extent) : 0;
+  for (const auto& [kind, bytes] :
+       {std::pair("surfaces", surfaces_bytes), std::pair("depths", sizeof(float) * uint64_t{width} * height),
+        std::pair("poses of nodes and vertices", snapshot_bytes)}) {
+    if (images > passes::kMinHistories && images * bytes > passes::kMaxHistoryBytes)
+      return too_large(describe(plan) + " keeps " + kind + " on the device that take ", images * bytes,
+                       passes::kMaxHistoryBytes);
+  }
+  const uint64_t waiting_bytes = images * image_bytes(plan);
+  if (plan.has_later && waiting_bytes > kMaxWaitingBytes)
+    return too_large(describe(plan) + " keeps images in memory that take ", waiting_bytes, kMaxWaitingBytes);
+  return {};
+}
+
 bool FlowImages::is_needed(uint64_t image, const std::function<bool(uint64_t image)>& is_wanted) const {
-  return is_wanted(image) || is_wanted(image + stride_) || (image >= stride_ && is_wanted(image - stride_));
+  return is_wanted(image) || is_wanted(image + stride_) ||
+         (has_later_ && image >= stride_ && is_wanted(image - stride_));
 }
 
 std::shared_ptr<const passes::CameraHistory> FlowImages::earlier(uint64_t image, uint64_t scene) const {
@@ -64,7 +99,7 @@ std::shared_ptr<const passes::CameraHistory> FlowImages::earlier(uint64_t image,
 void FlowImages::recorded(gpu::Recorder& recorder, passes::SceneRenderer& renderer, uint64_t image,
                           uint64_t scene, const passes::CameraHistory& history, bool is_wanted) {
   const bool has_earlier = earlier(image, scene) != nullptr;
-  if (image >= stride_) {
+  if (has_later_ && image >= stride_) {
     const auto waiting = waiting_.find(image - stride_);
     if (waiting != waiting_.end() && has_earlier) {
       const VkExtent2D extent = renderer.extent();
@@ -76,10 +111,10 @@ void FlowImages::recorded(gpu::Recorder& recorder, passes::SceneRenderer& render
   }
   std::erase_if(drawn_, [&](const auto& entry) { return entry.first + stride_ <= image; });
   drawn_[image] = {std::make_shared<passes::CameraHistory>(history), scene};
-  if (is_wanted) waiting_[image] = {has_earlier, image + stride_ < images_, {}, {}};
+  if (is_wanted) waiting_[image] = {has_earlier, has_later_ && image + stride_ < images_, {}, {}};
 }
 
-void FlowImages::add(sinks::FrameImage&& image) {
+Result<void> FlowImages::add(sinks::FrameImage&& image) {
   Waiting& waiting = waiting_.at(image.frame_index);
   std::vector<uint8_t> motion = take_plane(image, wire::kMotion);
   const std::vector<uint8_t> occlusion = take_plane(image, wire::kOcclusionU32);
@@ -90,7 +125,10 @@ void FlowImages::add(sinks::FrameImage&& image) {
   } else {
     image.flow_backward = no_flow(size_t{image.width} * image.height);
   }
+  waiting_bytes_ += sinks::memory_bytes(image);
   waiting.image = std::move(image);
+  if (waiting_bytes_ <= kMaxWaitingBytes) return {};
+  return too_large("--flow-frames: images that wait for their flow take ", waiting_bytes_, kMaxWaitingBytes);
 }
 
 Result<void> FlowImages::deliver(sinks::FrameSink& sink) {
@@ -104,8 +142,10 @@ Result<void> FlowImages::deliver(sinks::FrameSink& sink) {
     Waiting& first = waiting_.begin()->second;
     if (!first.image || first.awaits_later) break;
     sinks::FrameImage image = std::move(*first.image);
-    image.flow_forward =
-        first.forward ? std::move(*first.forward) : no_flow(size_t{image.width} * image.height);
+    waiting_bytes_ -= sinks::memory_bytes(image);
+    if (has_later_)
+      image.flow_forward =
+          first.forward ? std::move(*first.forward) : no_flow(size_t{image.width} * image.height);
     waiting_.erase(waiting_.begin());
     if (auto consumed = sink.consume(std::move(image)); !consumed) return consumed;
   }

@@ -9,21 +9,41 @@
 #include <optional>
 
 #include "renderer/gpu/readback_ring.h"
+#include "renderer/offline/image_set.h"
 #include "renderer/passes/scene_renderer.h"
 #include "renderer/sinks/frame.h"
 
 namespace fire3dv::offline {
 
-// Surfaces of the images between two that are compared stay on the device, within its limit.
-Result<void> check_flow_memory(uint32_t flow_frames, uint64_t cameras, VkExtent2D extent);
+// Flow of a run.
+struct FlowPlan {
+  uint32_t frames = 0;         // between two images that are compared; 0: no flow
+  uint64_t cameras = 1;        // images of a frame
+  bool has_later = true;       // flow to the later image, too
+  wire::ImageOutputs outputs;  // of an image
+  VkExtent2D extent{};
+
+  uint64_t stride() const { return frames * cameras; }
+};
+
+// set null: there is none.
+FlowPlan plan_flow(const ImageSet* set, uint64_t cameras, VkExtent2D extent);
+
+// Surfaces, depths and poses of the images between two that are compared stay on the device, the images
+// themselves in memory. Error if their limits do not allow it. snapshot_bytes: poses of an image.
+Result<void> check_flow_memory(const FlowPlan& plan, uint64_t snapshot_bytes);
 
 class FlowImages {
  public:
-  // images: of the whole run. stride: number of images between two that are compared.
-  FlowImages(gpu::Device& device, uint64_t images, uint64_t stride)
-      : images_(images), stride_(stride), readback_(device) {}
+  // images: of the whole run.
+  FlowImages(gpu::Device& device, uint64_t images, const FlowPlan& plan)
+      : images_(images), stride_(plan.stride()), has_later_(plan.has_later), readback_(device) {}
 
-  uint64_t stride() const { return stride_; }
+  // Images before and after a wanted one that are drawn for its flow.
+  uint64_t reach_before() const { return stride_; }
+  uint64_t reach_after() const { return has_later_ ? stride_ : 0; }
+  // Whether images have flow to a later one, for which their surfaces are kept.
+  bool has_later() const { return has_later_; }
   // Whether an image is drawn, for itself or for the flow of one that is wanted.
   bool is_needed(uint64_t image, const std::function<bool(uint64_t image)>& is_wanted) const;
 
@@ -35,9 +55,10 @@ class FlowImages {
                 const passes::CameraHistory& history, bool is_wanted);
   void submitted(uint64_t timeline_value) { readback_.submitted(timeline_value); }
 
-  // An image with its motion and occlusion planes, which become the flow to the earlier one.
-  void add(sinks::FrameImage&& image);
-  // Hands over the images that have both flows, in order.
+  // An image with its motion and occlusion planes, which become the flow to the earlier one. Error if the
+  // waiting images take too much memory.
+  Result<void> add(sinks::FrameImage&& image);
+  // Hands over the images that have all their flow, in order.
   Result<void> deliver(sinks::FrameSink& sink);
 
  private:
@@ -52,8 +73,10 @@ class FlowImages {
   };
 
   uint64_t images_, stride_;
-  std::map<uint64_t, Drawn> drawn_;       // the last ones of each camera
-  std::map<uint64_t, Waiting> waiting_;   // wanted images that are not handed over
+  bool has_later_;
+  std::map<uint64_t, Drawn> drawn_;      // the last ones of each camera
+  std::map<uint64_t, Waiting> waiting_;  // wanted images that are not handed over
+  uint64_t waiting_bytes_ = 0;
   gpu::ReadbackRing<uint64_t> readback_;  // flow to the later image, of the image with this number
 };
 

@@ -28,6 +28,8 @@ class ImageSet {
   virtual const std::vector<std::string>& cameras() const = 0;
   // Images have flow to those so many frames later and earlier; 0: none.
   virtual uint32_t flow_frames() const { return 0; }
+  // False: flow to the earlier image alone.
+  virtual bool has_flow_forward() const { return true; }
   // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;

@@ -78,20 +78,22 @@ OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
   for (const app::CameraRig& camera : parts_.cameras) (void)camera.view(parts_.poses, aspect_of(extent));
-  const uint64_t flow_frames = parts_.set ? parts_.set->flow_frames() : 0, cameras = parts_.cameras.size();
-  if (flow_frames != 0) flow_.emplace(parts_.device, times_.frames * cameras, flow_frames * cameras);
+  const uint64_t cameras = parts_.cameras.size();
+  const FlowPlan flow = plan_flow(parts_.set, cameras, extent);
+  if (flow.frames != 0) flow_.emplace(parts_.device, times_.frames * cameras, flow);
 }
 
 Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_t frame)>& is_wanted,
                               const std::function<bool()>& should_stop) {
   Progress progress("fire3dv", parts_.set ? "images:" : "frames:");
-  const uint64_t end = part.first + part.frames, reach = flow_ ? flow_->stride() : 0;
+  const uint64_t end = part.first + part.frames;
+  const uint64_t before = flow_ ? flow_->reach_before() : 0, after = flow_ ? flow_->reach_after() : 0;
   const auto is_of_part = [&](uint64_t image) {
     return image >= part.first && image < end && is_wanted(image);
   };
   // Images beside the part are drawn for the flow of its own.
-  const uint64_t begin = part.first - std::min(reach, part.first);
-  const uint64_t last = std::min(end + reach, times_.frames * parts_.cameras.size());
+  const uint64_t begin = part.first - std::min(before, part.first);
+  const uint64_t last = std::min(end + after, times_.frames * parts_.cameras.size());
   uint64_t image = begin;
   for (; image < std::max(last, end) && !should_stop(); ++image) {
     const bool wanted = is_of_part(image);
@@ -175,8 +177,8 @@ passes::FrameRequest OfflineLoop::request_of(uint64_t image, bool is_wanted) con
   }
   passes::FrameRequest request{.extent = parts_.renderer.extent(), .outputs = wire::with_sources(outputs)};
   request.markers = parts_.markers && is_wanted;
-  request.keeps_surfaces = flow_.has_value();
-  if (flow_) request.flow_from = flow_->earlier(image, parts_.scene.replaced());
+  request.keeps_surfaces = flow_ && flow_->has_later();
+  if (request.keeps_surfaces) request.flow_from = flow_->earlier(image, parts_.scene.replaced());
   return request;
 }
 
@@ -216,7 +218,8 @@ Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::functi
   if (!*begun) return false;
   gpu::Recorder& recorder = (*begun)->recorder;
   passes::CameraHistory history;
-  if (request.flow_from) history = *request.flow_from;
+  if (const auto earlier = flow_ ? flow_->earlier(image, parts_.scene.replaced()) : nullptr)
+    history = *earlier;
   parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view,
                          flow_ ? &history : nullptr);
   if (flow_) flow_->recorded(recorder, parts_.renderer, image, parts_.scene.replaced(), history, is_wanted);
@@ -253,8 +256,10 @@ void OfflineLoop::capture(gpu::Recorder& recorder, uint64_t image, const passes:
 Result<void> OfflineLoop::deliver() {
   Result<void> delivered;
   if (flow_) {
-    captures_.poll([&](sinks::FrameImage&& image) { flow_->add(std::move(image)); });
-    delivered = flow_->deliver(parts_.sink);
+    captures_.poll([&](sinks::FrameImage&& image) {
+      if (delivered) delivered = flow_->add(std::move(image));
+    });
+    if (delivered) delivered = flow_->deliver(parts_.sink);
   } else {
     delivered = captures_.deliver(parts_.sink);
   }

@@ -28,6 +28,7 @@
 #include "renderer/offline/frame_folder.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/offline/timeline.h"
+#include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
 #include "renderer/scene/cache/scene_digest.h"
@@ -445,9 +446,8 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     if (auto can = renderer->can_take(wire::with_sources(set_->outputs())); !can)
       return Error{"a data set needs all labels: " + can.error().message};
   }
-  if (auto fits = check_flow_memory(set_ ? set_->flow_frames() : 0, camera_names().size(),
-                                    {drawing_.width, drawing_.height});
-      !fits)
+  const FlowPlan flow = plan_flow(set_, camera_names().size(), {drawing_.width, drawing_.height});
+  if (auto fits = check_flow_memory(flow, passes::snapshot_bytes(renderer->gpu_scene())); !fits)
     return fits.error();
   auto cameras = place_cameras(loaded.scene, *animations ? (*animations)->chosen : std::vector<uint32_t>());
   if (!cameras) return cameras.error();

@@ -170,6 +170,7 @@ Result<void> write_camera_matrices(const std::filesystem::path& folder, const De
 class C3vdLayout final : public Layout {
  public:
   wire::ImageOutputs further_outputs() const override { return wire::ImageOutputs(wire::kNormal); }
+  bool has_flow_forward() const override { return false; }
   std::optional<Depth16> depth16(const Description&) const override {
     return Depth16{kC3vdRangeMm / UINT16_MAX, "65535 there: the depth of C3VD ends at 100 mm"};
   }

@@ -32,10 +32,6 @@ VkDeviceSize node_snapshot_bytes(const GpuScene& scene) {
   return (scene.world_count - 1) * scene.node_bytes + scene.node_facts_offset;
 }
 
-VkDeviceSize snapshot_bytes(const GpuScene& scene) {
-  return node_snapshot_bytes(scene) + scene.world_count * deforming_vertices(scene).bytes;
-}
-
 struct ByteRange {
   VkDeviceSize offset, bytes;
 };
@@ -84,6 +80,10 @@ std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const 
 }
 
 }  // namespace
+
+VkDeviceSize snapshot_bytes(const GpuScene& scene) {
+  return node_snapshot_bytes(scene) + scene.world_count * deforming_vertices(scene).bytes;
+}
 
 OutputsPass::OutputsPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples)
     : device_(device),

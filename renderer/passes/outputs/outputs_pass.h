@@ -21,6 +21,9 @@
 
 namespace fire3dv::passes {
 
+// Of CameraHistory::poses.
+VkDeviceSize snapshot_bytes(const GpuScene& scene);
+
 class OutputsPass {
  public:
   // samples: 1 or 4.
