@@ -233,7 +233,12 @@ images (virtual arrays): keep it beside `images`.
 | `cam_K` | (3, 3) float64 | camera matrix, pixels |
 | `world_from_camera` | (4, 4) float64 | pose of the camera, metres; columns are its axes right, down, forward, and its place |
 
-In `data.hdf5` each has one more dimension in front: the image. Only `images/IMAGE.hdf5` has
+In `data.hdf5` each has one more dimension in front: the image. The HDF5 library keeps all files of an array
+open that it reads, and reports none that it cannot open. Their images are NaN in `depth`, `normals`, `cam_K`
+and `world_from_camera`, 4294967295 in `instance` and `semantic`, and black in `colors`: raise `ulimit -n`
+above the number of images, or read `images/IMAGE.hdf5`.
+
+Only `images/IMAGE.hdf5` has
 
 | array | shape, type | contents |
 |---|---|---|

@@ -1,9 +1,13 @@
 #include "renderer/dataset/layouts/hdf5_file.h"
 
+#include <zlib.h>
+
 #include <mutex>
 #include <utility>
 
+#include "base/files.h"
 #include "renderer/dataset/layouts/hdf5_library.h"
+#include "renderer/dataset/layouts/layout.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -38,23 +42,36 @@ std::vector<hsize_t> extents(const std::vector<uint64_t>& shape) {
   return {shape.begin(), shape.end()};
 }
 
+// The identifier, or that of a failure. Close it.
+template <typename Close>
+hid_t checked(hid_t id, bool is_good, Close close) {
+  if (is_good || id < 0) return id;
+  close(id);
+  return -1;
+}
+
 // In memory, with the oldest format that holds the contents: newer ones have times of groups.
 hid_t memory_access(const Hdf5Library& hdf5) {
   const hid_t access = hdf5.H5Pcreate(hdf5.H5P_CLS_FILE_ACCESS_ID_g);
   constexpr size_t kGrowth = 1 << 20;
-  hdf5.H5Pset_fapl_core(access, kGrowth, false);
-  return access;
+  return checked(access, hdf5.H5Pset_fapl_core(access, kGrowth, false) >= 0, hdf5.H5Pclose);
 }
 
-// IEEE 754 binary16; close it.
+// Files that are open at once need names of their own. Under the lock.
+std::string memory_name() {
+  static uint64_t made = 0;
+  return "memory " + std::to_string(made++);
+}
+
+// IEEE 754 binary16.
 hid_t make_half(const Hdf5Library& hdf5) {
   const hid_t half = hdf5.H5Tcopy(hdf5.H5T_IEEE_F32LE_g);
-  hdf5.H5Tset_fields(half, 15, 10, 5, 0, 10);
-  hdf5.H5Tset_size(half, 2);
-  hdf5.H5Tset_ebias(half, 15);
-  return half;
+  const bool is_good = hdf5.H5Tset_fields(half, 15, 10, 5, 0, 10) >= 0 && hdf5.H5Tset_size(half, 2) >= 0 &&
+                       hdf5.H5Tset_ebias(half, 15) >= 0;
+  return checked(half, is_good, hdf5.H5Tclose);
 }
 
+// Close it.
 hid_t copy_type(const Hdf5Library& hdf5, Hdf5Type type) {
   switch (type) {
     case Hdf5Type::u8:
@@ -76,8 +93,41 @@ hid_t copy_type(const Hdf5Library& hdf5, Hdf5Type type) {
 // Without times, which would differ between runs.
 hid_t array_settings(const Hdf5Library& hdf5) {
   const hid_t settings = hdf5.H5Pcreate(hdf5.H5P_CLS_DATASET_CREATE_ID_g);
-  hdf5.H5Pset_obj_track_times(settings, false);
-  return settings;
+  return checked(settings, hdf5.H5Pset_obj_track_times(settings, false) >= 0, hdf5.H5Pclose);
+}
+
+// Elements whose file cannot be read, little-endian: NaN of floats, and the largest uint32, which no instance
+// has. Empty: 0.
+std::vector<uint8_t> fill_value(Hdf5Type type) {
+  switch (type) {
+    case Hdf5Type::f16:
+      return {0, 0x7e};
+    case Hdf5Type::f32:
+      return {0, 0, 0xc0, 0x7f};
+    case Hdf5Type::f64:
+      return {0, 0, 0, 0, 0, 0, 0xf8, 0x7f};
+    case Hdf5Type::u32:
+      return {0xff, 0xff, 0xff, 0xff};
+    case Hdf5Type::u8:
+    case Hdf5Type::i32:
+      break;
+  }
+  return {};
+}
+
+// As the library's filters "shuffle" and "deflate" do it. Without its lock, so that several images are packed
+// at once. Empty: it failed.
+std::vector<uint8_t> pack(std::span<const uint8_t> values, size_t element_bytes) {
+  std::vector<uint8_t> shuffled(values.size());
+  const size_t elements = values.size() / element_bytes;
+  for (size_t byte = 0; byte < element_bytes; ++byte) {
+    for (size_t i = 0; i < elements; ++i) shuffled[byte * elements + i] = values[i * element_bytes + byte];
+  }
+  uLongf bytes = ::compressBound(shuffled.size());
+  std::vector<uint8_t> packed(bytes);
+  if (::compress2(packed.data(), &bytes, shuffled.data(), shuffled.size(), kDeflateLevel) != Z_OK) return {};
+  packed.resize(bytes);
+  return packed;
 }
 
 // Of arrays in other files.
@@ -111,9 +161,8 @@ Result<Hdf5File> Hdf5File::create() {
   auto hdf5 = load_hdf5();
   if (!hdf5) return hdf5.error();
   const Handle access(memory_access(**hdf5), (*hdf5)->H5Pclose);
-  static uint64_t made = 0;  // files that are open at once need names of their own
-  const std::string name = "memory " + std::to_string(made++);
-  const hid_t file = (*hdf5)->H5Fcreate(name.c_str(), kTruncate, H5P_DEFAULT, access.get());
+  const hid_t file =
+      access.get() < 0 ? -1 : (*hdf5)->H5Fcreate(memory_name().c_str(), kTruncate, H5P_DEFAULT, access.get());
   if (file < 0) return Error{"the HDF5 library cannot make a file in memory"};
   return Hdf5File(std::unique_ptr<State>(new State{**hdf5, file, {}}));
 }
@@ -136,28 +185,36 @@ void Hdf5File::add_group(const std::string& path) {
 
 void Hdf5File::add_array(const std::string& path, Hdf5Type type, const std::vector<uint64_t>& shape,
                          std::span<const uint8_t> values, bool is_packed) {
-  const std::lock_guard lock(library_mutex());
-  const Hdf5Library& hdf5 = state_->hdf5;
   uint64_t elements = 1;
   for (const uint64_t extent : shape) elements *= extent;
   FIRE3DV_ASSERT(values.size() == elements * bytes_of(type));
+  is_packed = is_packed && elements != 0;
+  const std::vector<uint8_t> packed = is_packed ? pack(values, bytes_of(type)) : std::vector<uint8_t>();
+  const std::lock_guard lock(library_mutex());
+  const Hdf5Library& hdf5 = state_->hdf5;
   const std::vector<hsize_t> sizes = extents(shape);
+  const auto rank = static_cast<int>(sizes.size());
   const Handle element(copy_type(hdf5, type), hdf5.H5Tclose);
-  const Handle space(hdf5.H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr),
-                     hdf5.H5Sclose);
+  const Handle space(hdf5.H5Screate_simple(rank, sizes.data(), nullptr), hdf5.H5Sclose);
   const Handle settings(array_settings(hdf5), hdf5.H5Pclose);
-  if (is_packed && elements != 0) {
-    hdf5.H5Pset_chunk(settings.get(), static_cast<int>(sizes.size()), sizes.data());
-    hdf5.H5Pset_shuffle(settings.get());
-    hdf5.H5Pset_deflate(settings.get(), kDeflateLevel);
-  }
-  const Handle array(hdf5.H5Dcreate2(state_->file, path.c_str(), element.get(), space.get(), H5P_DEFAULT,
-                                     settings.get(), H5P_DEFAULT),
+  bool is_good = element.get() >= 0 && space.get() >= 0 && settings.get() >= 0;
+  if (is_packed)
+    is_good = is_good && !packed.empty() && hdf5.H5Pset_chunk(settings.get(), rank, sizes.data()) >= 0 &&
+              hdf5.H5Pset_shuffle(settings.get()) >= 0 &&
+              hdf5.H5Pset_deflate(settings.get(), kDeflateLevel) >= 0;
+  const Handle array(is_good ? hdf5.H5Dcreate2(state_->file, path.c_str(), element.get(), space.get(),
+                                               H5P_DEFAULT, settings.get(), H5P_DEFAULT)
+                             : -1,
                      hdf5.H5Dclose);
-  const bool is_good =
-      array.get() >= 0 && (elements == 0 || hdf5.H5Dwrite(array.get(), element.get(), H5S_ALL, H5S_ALL,
-                                                          H5P_DEFAULT, values.data()) >= 0);
-  state_->check(is_good, path);
+  const auto write = [&] {
+    if (elements == 0) return true;
+    const std::vector<hsize_t> first(sizes.size());
+    return is_packed
+               ? hdf5.H5Dwrite_chunk(array.get(), H5P_DEFAULT, 0, first.data(), packed.size(),
+                                     packed.data()) >= 0
+               : hdf5.H5Dwrite(array.get(), element.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0;
+  };
+  state_->check(array.get() >= 0 && write(), path);
 }
 
 void Hdf5File::add_virtual_array(const std::string& path, Hdf5Type type, const std::vector<uint64_t>& shape,
@@ -171,7 +228,10 @@ void Hdf5File::add_virtual_array(const std::string& path, Hdf5Type type, const s
   const Handle to(hdf5.H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr),
                   hdf5.H5Sclose);
   const Handle settings(array_settings(hdf5), hdf5.H5Pclose);
-  bool is_good = from.get() >= 0 && to.get() >= 0;
+  const Handle element(copy_type(hdf5, type), hdf5.H5Tclose);
+  const std::vector<uint8_t> fill = fill_value(type);
+  bool is_good = from.get() >= 0 && to.get() >= 0 && settings.get() >= 0 && element.get() >= 0 &&
+                 (fill.empty() || hdf5.H5Pset_fill_value(settings.get(), element.get(), fill.data()) >= 0);
   std::vector<hsize_t> start(sizes.size()), count = sizes;
   count[0] = 1;
   for (size_t i = 0; i < files.size() && is_good; ++i) {
@@ -181,7 +241,6 @@ void Hdf5File::add_virtual_array(const std::string& path, Hdf5Type type, const s
             0 &&
         hdf5.H5Pset_virtual(settings.get(), to.get(), files[i].c_str(), source.c_str(), from.get()) >= 0;
   }
-  const Handle element(copy_type(hdf5, type), hdf5.H5Tclose);
   const Handle array(is_good ? hdf5.H5Dcreate2(state_->file, path.c_str(), element.get(), to.get(),
                                                H5P_DEFAULT, settings.get(), H5P_DEFAULT)
                              : -1,
@@ -193,8 +252,8 @@ void Hdf5File::add_text(const std::string& path, const std::string& name, const 
   const std::lock_guard lock(library_mutex());
   const Hdf5Library& hdf5 = state_->hdf5;
   const Handle type(hdf5.H5Tcopy(hdf5.H5T_C_S1_g), hdf5.H5Tclose);
-  hdf5.H5Tset_size(type.get(), H5T_VARIABLE);  // h5py reads texts of fixed length as bytes
-  hdf5.H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  const bool is_good = hdf5.H5Tset_size(type.get(), H5T_VARIABLE) >= 0 &&  // h5py reads others as bytes
+                       hdf5.H5Tset_cset(type.get(), H5T_CSET_UTF8) >= 0;
   const char* const value = text.c_str();
   const Handle space(hdf5.H5Screate(H5S_SCALAR), hdf5.H5Sclose);
   const bool is_root = path == "/";
@@ -202,7 +261,7 @@ void Hdf5File::add_text(const std::string& path, const std::string& name, const 
   const Handle attribute(hdf5.H5Acreate2(is_root ? state_->file : object.get(), name.c_str(), type.get(),
                                          space.get(), H5P_DEFAULT, H5P_DEFAULT),
                          hdf5.H5Aclose);
-  state_->check(attribute.get() >= 0 && hdf5.H5Awrite(attribute.get(), type.get(), &value) >= 0,
+  state_->check(is_good && attribute.get() >= 0 && hdf5.H5Awrite(attribute.get(), type.get(), &value) >= 0,
                 path + "@" + name);
 }
 
@@ -221,16 +280,22 @@ Result<std::vector<uint8_t>> Hdf5File::finish() {
 
 Result<std::vector<uint8_t>> read_hdf5_bytes(const std::filesystem::path& file, const std::string& path,
                                              uint64_t count) {
+  // From memory: the library locks files that it opens itself, which some file systems refuse.
+  auto image = read_whole_file(file, kMaxFileBytes);
+  if (!image) return image.error();
   const std::lock_guard lock(library_mutex());
   auto loaded = load_hdf5();
   if (!loaded) return loaded.error();
   const Hdf5Library& hdf5 = **loaded;
   const Error fault{file.string() + " has no array " + path + " of " + std::to_string(count) +
                     " elements: remove it, and run the same command again"};
-  const Handle opened(hdf5.H5Fopen(file.c_str(), kReadOnly, H5P_DEFAULT), hdf5.H5Fclose);
+  const Handle memory(memory_access(hdf5), hdf5.H5Pclose);
+  if (memory.get() < 0 || hdf5.H5Pset_file_image(memory.get(), image->data(), image->size()) < 0)
+    return fault;
+  const Handle opened(hdf5.H5Fopen(memory_name().c_str(), kReadOnly, memory.get()), hdf5.H5Fclose);
   if (opened.get() < 0) return fault;
   const Handle access(hdf5.H5Pcreate(hdf5.H5P_CLS_DATASET_ACCESS_ID_g), hdf5.H5Pclose);
-  hdf5.H5Pset_elink_cb(access.get(), refuse_link, nullptr);
+  if (hdf5.H5Pset_elink_cb(access.get(), refuse_link, nullptr) < 0) return fault;
   const Handle array(hdf5.H5Dopen2(opened.get(), path.c_str(), access.get()), hdf5.H5Dclose);
   if (array.get() < 0) return fault;
   const Handle settings(hdf5.H5Dget_create_plist(array.get()), hdf5.H5Pclose);

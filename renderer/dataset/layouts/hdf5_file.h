@@ -1,5 +1,6 @@
 // Writer of small HDF5 files in memory: groups, arrays, arrays over other files, and text attributes. The
-// same calls give the same bytes. One thread at a time uses the library; callers need no lock.
+// same calls give the same bytes. One thread at a time uses the library, but for packing; callers need no
+// lock.
 #pragma once
 
 #include <array>
@@ -40,7 +41,8 @@ class Hdf5File {
               false);
   }
   // Array of shape (files, shape...): element i is the array `source` of the file files[i], whose name is
-  // relative to this file.
+  // relative to this file. Of a file that cannot be read, floats are NaN and uint32 is 4294967295 (others:
+  // 0).
   void add_virtual_array(const std::string& path, Hdf5Type type, const std::vector<uint64_t>& shape,
                          const std::vector<std::string>& files, const std::string& source);
   // Attribute of an array or group.

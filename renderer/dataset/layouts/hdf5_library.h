@@ -20,10 +20,12 @@ namespace fire3dv::dataset {
   X(H5Pcreate)                    \
   X(H5Pclose)                     \
   X(H5Pset_fapl_core)             \
+  X(H5Pset_file_image)            \
   X(H5Pset_obj_track_times)       \
   X(H5Pset_chunk)                 \
   X(H5Pset_shuffle)               \
   X(H5Pset_deflate)               \
+  X(H5Pset_fill_value)            \
   X(H5Pset_virtual)               \
   X(H5Pset_elink_cb)              \
   X(H5Pget_layout)                \
@@ -46,6 +48,7 @@ namespace fire3dv::dataset {
   X(H5Dget_space)                 \
   X(H5Dget_create_plist)          \
   X(H5Dwrite)                     \
+  X(H5Dwrite_chunk)               \
   X(H5Dread)                      \
   X(H5Dclose)                     \
   X(H5Acreate2)                   \

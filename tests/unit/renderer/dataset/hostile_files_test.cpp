@@ -7,6 +7,7 @@
 
 #include "made_set.h"
 #include "renderer/dataset/labels/line_check.h"
+#include "renderer/dataset/layouts/hdf5_file.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -86,7 +87,8 @@ TEST_F(HostileFiles, DescriptionsAreChecked) {
 }
 
 TEST_F(HostileFiles, ListsAreChecked) {
-  for (const std::string format : {"bop", "coco"}) {
+  for (const std::string format : {"bop", "coco", "webdataset", "hdf5"}) {
+    if (format == "hdf5" && !can_write_hdf5().ok()) continue;
     const std::filesystem::path folder = root_ / format;
     const Description description = made_description(format);
     ASSERT_EQ(run(folder, description), "");
@@ -115,6 +117,90 @@ TEST_F(HostileFiles, ListsAreChecked) {
     EXPECT_EQ(existing_, kImages - 1);
     EXPECT_EQ(text_of(folder / "README.md"), whole);
   }
+}
+
+// The list of archives decides whether images are drawn again.
+TEST_F(HostileFiles, ListsOfArchivesAreChecked) {
+  Description description = made_description("webdataset");
+  description.tar_bytes = 1;
+  const std::filesystem::path folder = root_ / "set";
+  ASSERT_EQ(run(folder, description), "");
+  const auto wanted = files_of(folder);
+  json list = json::parse(text_of(folder / "shards.json"));
+  ASSERT_EQ(list.size(), kImages);
+  int drawn_again = 0;
+  const auto expect_whole = [&](const std::string& text) {
+    write(folder / "shards.json", text);
+    ASSERT_EQ(run(folder, description), "") << text;
+    EXPECT_FALSE(std::filesystem::exists(folder / "images"));
+    if (existing_ == kImages) return;
+    ++drawn_again;
+    EXPECT_EQ(existing_, 0u);
+    EXPECT_EQ(files_of(folder), wanted) << text;
+  };
+  for (const json& odd : odd_values()) {
+    for (const char* name : {"bytes", "name"}) {
+      json changed = list;
+      changed[1][name] = odd;
+      expect_whole(changed.dump());
+    }
+    json changed = list;
+    changed[2] = odd;
+    expect_whole(changed.dump());
+    expect_whole(odd.dump());
+  }
+  EXPECT_GE(drawn_again, 3 * 12) << "only a name is of no account";
+  expect_whole("[");
+  expect_whole(std::string(100'000, '['));
+  json longer = list;
+  longer.push_back(list[0]);
+  expect_whole(longer.dump());
+  // Another archive than the listed one, and links.
+  for (const bool is_link : {false, true}) {
+    write(folder / "shards.json", wanted.at("shards.json"));
+    const std::filesystem::path archive = folder / "shard-000001.tar";
+    if (is_link) {
+      std::filesystem::rename(archive, root_ / "elsewhere.tar");
+      std::filesystem::create_symlink(root_ / "elsewhere.tar", archive);
+    } else {
+      write(archive, "short");
+    }
+    ASSERT_EQ(run(folder, description), "");
+    EXPECT_EQ(existing_, 0u);
+    EXPECT_EQ(files_of(folder), wanted);
+  }
+  EXPECT_EQ(text_of(root_ / "elsewhere.tar"), wanted.at("shard-000001.tar"));
+}
+
+// Parts may come from others: the page of the whole set reads their colours.
+TEST_F(HostileFiles, DamagedHdf5FilesAreRefused) {
+  if (!can_write_hdf5().ok()) GTEST_SKIP() << can_write_hdf5().error().message;
+  const std::filesystem::path folder = root_ / "set", file = folder / "images" / "000000.hdf5";
+  ASSERT_EQ(run(folder, made_description("hdf5")), "");
+  const std::string whole = text_of(file);
+  constexpr uint64_t kBytes = uint64_t{3} * kWidth * kHeight;
+  ASSERT_TRUE(read_hdf5_bytes(file, "/colors", kBytes).ok());
+  const auto read = [&](const std::string& changed) {
+    write(file, changed);
+    const auto colors = read_hdf5_bytes(file, "/colors", kBytes);
+    if (!colors) {
+      EXPECT_NE(colors.error().message.find("000000.hdf5"), std::string::npos);
+    }
+    return colors.ok();
+  };
+  for (const std::string& changed :
+       {std::string(), std::string("x"), whole.substr(0, whole.size() / 2), std::string(whole.size(), '\0')})
+    EXPECT_FALSE(read(changed)) << changed.size();
+  EXPECT_FALSE(read_hdf5_bytes(file, "/colors", kBytes + 1).ok());
+  std::mt19937 random(7);
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string damaged = whole;
+    for (int k = 0; k < 8; ++k) damaged[random() % damaged.size()] = static_cast<char>(random());
+    refused += !read(damaged);
+  }
+  EXPECT_GT(refused, 20);
+  EXPECT_TRUE(read(whole)) << "the library does not work any more";
 }
 
 TEST_F(HostileFiles, LinesNameInstancesOfTheSet) {

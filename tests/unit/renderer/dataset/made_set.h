@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -136,9 +137,10 @@ class MadeSet : public ::testing::Test {
     return std::make_shared<DatasetFormat>(std::move(*written), std::move(layout), std::move(files));
   }
 
-  // Draws what is missing, as `fire3dv dataset` does. Returns the error.
+  // Draws what is missing, as `fire3dv dataset` does. Returns the error. completes: writes the files of the
+  // whole set, too.
   std::string run(const std::filesystem::path& folder, const Description& description,
-                  const offline::Manifest& manifest = made_manifest()) {
+                  const offline::Manifest& manifest = made_manifest(), bool completes = true) {
     auto format = format_of(description);
     auto set = offline::FrameFolder::open(folder, manifest, format);
     if (!set) return set.error().message;
@@ -153,6 +155,7 @@ class MadeSet : public ::testing::Test {
       }
     }
     if (auto finished = (*set)->finish(); !finished) return finished.error().message;
+    if (!completes) return {};
     if (auto completed = (*set)->complete_run(); !completed) return completed.error().message;
     return {};
   }
@@ -160,6 +163,15 @@ class MadeSet : public ::testing::Test {
   static std::string text_of(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
+  }
+  // Contents of all files, by their names in the folder.
+  static std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+      if (entry.is_regular_file())
+        files[entry.path().lexically_relative(folder).string()] = text_of(entry.path());
+    }
+    return files;
   }
   static void write(const std::filesystem::path& path, const std::string& text) {
     std::ofstream(path, std::ios::binary | std::ios::trunc) << text;

@@ -1,7 +1,9 @@
 // Test of the files of data sets: where they may be written, what is kept, and texts.
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "made_set.h"
 #include "renderer/dataset/layouts/hdf5_file.h"
@@ -27,10 +29,67 @@ TEST_F(SetFiles, EachFormatIsWhole) {
     ASSERT_EQ(run(folder, made_description(format)), "");
     EXPECT_EQ(existing_, kImages) << format;
     for (const auto& entry : fs::recursive_directory_iterator(root_))
-      EXPECT_TRUE(entry.path().string().starts_with(folder.string()) || entry.path().parent_path() == root_)
-          << entry.path();
+      EXPECT_TRUE(entry.path() == folder || entry.path().string().starts_with(folder.string() + "/"))
+          << entry.path() << " is outside of the set";
     fs::remove_all(folder);
   }
+}
+
+// Wherever a run is killed while it packs its images, the next one gives the same set.
+TEST_F(SetFiles, AKilledEndOfAWebdatasetIsRepeated) {
+  Description description = made_description("webdataset");
+  description.tar_bytes = 1;  // one archive for each image
+  const fs::path loose = root_ / "loose", whole = root_ / "whole";
+  ASSERT_EQ(run(loose, description, made_manifest(), false), "");
+  ASSERT_EQ(run(whole, description), "");
+  const auto wanted = files_of(whole);
+  ASSERT_TRUE(wanted.contains("shard-000003.tar") && !fs::exists(whole / "images"));
+  const std::vector<std::vector<const char*>> ends{
+      {},
+      {"shard-000000.tar"},
+      {"shard-000000.tar", "shard-000001.tar", "shard-000002.tar", "shard-000003.tar"},
+      {"shard-000000.tar", "shard-000001.tar", "shard-000002.tar", "shard-000003.tar", "shards.json"},
+      {"shard-000000.tar", "shard-000001.tar", "shard-000002.tar", "shard-000003.tar", "shards.json",
+       "README.md", "index.html"}};
+  for (const auto& names : ends) {
+    for (const bool has_removed_some : {false, true}) {
+      if (has_removed_some && names.size() < 7) continue;  // removal is last
+      const fs::path set = root_ / "set";
+      fs::copy(loose, set, fs::copy_options::recursive);
+      for (const char* name : names) fs::copy(whole / name, set / name);
+      write(set / "shard-000001.tar.part-abcdef", "half");
+      if (has_removed_some) fs::remove(set / "images" / "000002.png");
+      ASSERT_EQ(run(set, description), "") << names.size();
+      EXPECT_EQ(existing_, kImages) << "images were drawn again";
+      fs::remove(set / "shard-000001.tar.part-abcdef");  // a finished set is not looked through for them
+      EXPECT_EQ(files_of(set), wanted) << names.size();
+      fs::remove_all(set);
+    }
+  }
+}
+
+TEST_F(SetFiles, ArchivesHaveAtMostTheirSize) {
+  Description description = made_description("webdataset");
+  for (const uint64_t bytes : {uint64_t{20480}, uint64_t{30720}, uint64_t{40000}}) {
+    description.tar_bytes = bytes;
+    ASSERT_EQ(run(root_ / "set", description), "");
+    for (const auto& entry : fs::directory_iterator(root_ / "set")) {
+      if (entry.path().extension() == ".tar") {
+        EXPECT_LE(entry.file_size(), bytes) << entry.path();
+      }
+    }
+    fs::remove_all(root_ / "set");
+  }
+}
+
+// Files that nobody has listed are not the set's.
+TEST_F(SetFiles, OnlyFilesOfImagesAreRemovedAfterPacking) {
+  const Description description = made_description("webdataset");
+  const fs::path set = root_ / "set";
+  ASSERT_EQ(run(set, description, made_manifest(), false), "");
+  write(set / "images" / "notes.txt", "mine");
+  ASSERT_EQ(run(set, description), "");
+  EXPECT_EQ(files_of(set / "images"), (std::map<std::string, std::string>{{"notes.txt", "mine"}}));
 }
 
 TEST_F(SetFiles, FilesOfOthersStay) {
