@@ -3,18 +3,20 @@
 
     draw.py --scheduler tcp://HOST:8786 --shards 16 --out SET dataset FILE.mcap SCENE --format bop --camera front
 
-Each shard is a task. A task whose worker ends is done again by another worker, which continues what is there. Inputs and
-the folder of --out have to be where all workers see them by the same name."""
+Each shard is a task. A task whose worker ends is done again by another worker, which continues what is there. The working
+folder, inputs and the folder of --out have to be where all workers see them by the same name."""
 import argparse
 import ctypes
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
 
-from distributed import Client, as_completed
+from distributed import CancelledError, Client, as_completed
 
+LINES = 5  # of a failed program that are printed
 LOCKED = "another run is writing to"  # by a worker that is gone, whose program has not ended yet
 WAIT_S = 60
 
@@ -25,18 +27,38 @@ def end_with_worker():
     ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGTERM)
 
 
-def draw_shard(program, words, folder, shard, shards):
-    """Runs on a worker. Returns the folder of the part."""
+def ending(done):
+    """Why a program has failed: its errors, or else its last lines, and how it ended."""
+    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    errors = [line for line in lines if "error:" in line]
+    how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit status {done.returncode}"
+    return "\n  ".join([how, *(errors or lines)[-LINES:]])
+
+
+def draw_shard(program, words, working, folder, shard, shards):
+    """Runs on a worker, in the working folder of this program. Returns the folder of the part."""
     command = [program, *words, "--shard", f"{shard}/{shards}", "--out", folder]
+    where = f"part {shard} of {shards} on {socket.gethostname()}"
     end = time.monotonic() + WAIT_S
     while True:
-        done = subprocess.run(command, text=True, errors="replace", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              preexec_fn=end_with_worker)
+        try:
+            done = subprocess.run(command, text=True, errors="replace", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, cwd=working,
+                                  preexec_fn=end_with_worker)
+        except OSError as fault:
+            raise RuntimeError(f"{where}: {program} cannot be started in {working}: {fault.strerror} ({fault.filename})") from None
         if done.returncode == 0:
             return folder
         if LOCKED not in done.stderr or time.monotonic() > end:
-            raise RuntimeError(f"shard {shard}/{shards}: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else done.returncode}")
+            raise RuntimeError(f"{where}: {ending(done)}")
         time.sleep(1)
+
+
+def failure(task):
+    """Text of a task that has no result."""
+    try:
+        return str(task.exception())
+    except CancelledError:
+        return "a task was cancelled by the scheduler"
 
 
 def main():
@@ -55,12 +77,17 @@ def main():
     out = os.path.abspath(options.out)
     parts = [os.path.join(out + ".parts", f"shard_{shard:04}") for shard in range(1, options.shards + 1)]
     with Client(options.scheduler, scheduler_file=options.scheduler_file) as client:
-        tasks = [client.submit(draw_shard, options.fire3dv, options.words, part, shard, options.shards, pure=False, retries=1)
+        tasks = [client.submit(draw_shard, options.fire3dv, options.words, os.getcwd(), part, shard, options.shards, pure=False, retries=1)
                  for shard, part in enumerate(parts, 1)]
-        for count, task in enumerate(as_completed(tasks), 1):
-            if task.status != "finished":
-                sys.exit(f"draw.py: error: {task.exception()}; the same command continues")
-            print(f"{count} of {len(parts)} parts are drawn", flush=True)
+        drawn = 0
+        for task in as_completed(tasks):
+            if task.status == "finished":
+                drawn += 1
+                print(f"{drawn} of {len(parts)} parts are drawn", flush=True)
+            else:
+                print(f"draw.py: error: {failure(task)}", file=sys.stderr, flush=True)
+    if drawn < len(parts):
+        sys.exit(f"draw.py: error: {len(parts) - drawn} of {len(parts)} parts are missing; the same command draws them")
     os.execvp(options.fire3dv, [options.fire3dv, "join", *parts, "--out", out])
 
 

@@ -37,8 +37,10 @@ def a_killed_worker_changes_nothing(test):
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "examples", "dask", "draw.py")
     words = list(map(str, command_of(test, "OUT", "--format", "coco", *RUN)))[1:]
     at = words.index("--out")
+    # Relative names, which are not of the workers' folders.
+    words = [os.path.relpath(word, test.folder) if os.path.isabs(word) else word for word in words]
     draw = Program(test, "draw", [sys.executable, script, "--scheduler-file", file, "--shards", str(SHARDS), "--out", out,
-                                  "--fire3dv", test.programs_at["fire3dv"], *words[:at], *words[at + 2:]], environment)
+                                  "--fire3dv", test.programs_at["fire3dv"], *words[:at], *words[at + 2:]], environment, cwd=test.folder)
     victim = wait_until(lambda: f"a worker that draws; it said:\n{draw.stderr_text()}",
                         lambda: next((worker for worker in workers if children_of(worker.process.pid)), None) or not draw.alive())
     check(victim is not True, f"it ended:\n{draw.stderr_text()}")
@@ -47,6 +49,14 @@ def a_killed_worker_changes_nothing(test):
     draw.expect_exit()
     check(f"{SHARDS} of {SHARDS} parts are drawn" in "\n".join(draw.out), f"{draw.out}")
     expect_same(out, whole, "parts of Dask's workers")
+
+    failing = Program(test, "failing", [sys.executable, script, "--scheduler-file", file, "--shards", "2", "--out", test.path("failed"),
+                                        "--fire3dv", test.programs_at["fire3dv"], "dataset", "no such file.glb", "--format", "coco"],
+                      environment, cwd=test.folder)
+    failing.expect_exit(1)
+    said = failing.stderr_text()
+    for wanted in ("part 1 of 2 on", "part 2 of 2 on", "exit status", "no such file.glb", "2 of 2 parts are missing"):
+        check(wanted in said, f"{wanted} is not in\n{said}")
 
 
 if __name__ == "__main__":

@@ -46,12 +46,12 @@ def vulkan_environment():
 class Program:
     """Child process whose output is read by threads, so that it never blocks on a full pipe."""
 
-    def __init__(self, test, name, command, env=None, host=None):
-        """host: network namespace to run in (hosts.py); None: this one."""
+    def __init__(self, test, name, command, env=None, host=None, cwd=None):
+        """host: network namespace to run in (hosts.py); None: this one. cwd: its working folder; None: this one's."""
         self.name, self.err, self.out = name, [], []
         self.command = command = [*(host.enter if host else []), *command]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                        text=True, errors="replace", env=env)
+                                        text=True, errors="replace", env=env, cwd=cwd)
         self.readers = [threading.Thread(target=self._read, args=pair, daemon=True)
                         for pair in ((self.process.stdout, self.out), (self.process.stderr, self.err))]
         for reader in self.readers:
