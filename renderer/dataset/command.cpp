@@ -108,8 +108,13 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   description.seed = plan_->seed;
   settings.emplace_back("randomization", hex(digest_of(std::as_bytes(std::span(plan_->text)))).substr(0, 32));
   settings.emplace_back("seed", std::to_string(plan_->seed));
+  std::string inputs;
+  for (const auto& [name, trajectory] : plan_->paths) inputs += trajectory.digest;
+  inputs += plan_->given.digest;
+  if (!inputs.empty()) settings.emplace_back("files of the randomization", inputs);
   randomizer_.emplace(*plan_, description.cameras);
-  return {};
+  // Again before the first image; a mistake that is found here leaves no folder.
+  return is_whole ? randomizer_->set_scene(scene, options_.run.drawing.draw) : Result<void>();
 }
 
 Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const scene::Scene& scene,
@@ -218,6 +223,11 @@ int run(const DatasetOptions& options, offline::ImageConsumer* consumer) {
     if (!read) return report_failure(read.error());
     plan = std::move(*read);
     plan->seed = options.seed;
+    if (!options.draws.empty()) {
+      auto draws = read_given_draws(options.draws);
+      if (!draws) return report_failure(draws.error());
+      plan->given = std::move(*draws);
+    }
   }
   LabelledImages images(options, make_layout(options.format), plan ? &*plan : nullptr);
   return offline::render(options.run, &images, consumer);

@@ -20,9 +20,9 @@ constexpr const char* kCommand = "dataset";
 constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rate",        "--start",
                                 "--end",         "--clock", "--object",   "--keypoints",   "--license",
                                 "--depth-scale", "--shard", "--tar-size", "--flow-frames", "--randomize",
-                                "--seed",        "--images"};
+                                "--seed",        "--draws", "--images"};
 constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
-constexpr std::array kNotStored{"--out", "--keypoints", "--randomize", "--shard", "--help", "-h"};
+constexpr std::array kNotStored{"--out", "--keypoints", "--randomize", "--draws", "--shard", "--help", "-h"};
 constexpr uint32_t kMaxFlowFrames = 1000;
 
 // Name of an existing file or folder without the folders above it; other texts as they are.
@@ -115,6 +115,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
                  "cameras are left and right in turn: write disparity (folder)");
   group.add("--randomize", options.randomize, "FILE.yaml", "draw parameters of each image from ranges");
   group.add("--seed", seed, "N", "seed of --randomize (default 0)");
+  group.add("--draws", options.draws, "FILE.jsonl", "draws of a program, in place of those of the seed");
   group.add("--images", options.run.images, "N", "randomised images of each camera, of a scene at rest");
   group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
@@ -177,6 +178,8 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return refuse("--stereo-pairs: name the cameras of each pair, as in --camera left --camera right");
   if (options.cameras.size() > offline::kMaxCameras)
     return refuse("--camera: " + std::to_string(offline::kMaxCameras) + " at most");
+  if (options.randomize.empty() && !options.draws.empty())
+    return refuse("--draws is for --randomize FILE.yaml, which has the parameters");
   if (options.randomize.empty() && seed) return refuse("--seed is for --randomize FILE.yaml");
   options.seed = seed.value_or(0);
   if (options.run.images) {

@@ -26,7 +26,8 @@ struct DatasetOptions {
   bool has_depth_scale = false;     // the command line names the unit
   std::filesystem::path randomize;  // randomisation file; empty: none
   uint64_t seed = 0;
-  std::string command;  // the command line, without what differs between shards
+  std::filesystem::path draws;  // draws in place of those of the seed; empty: none
+  std::string command;          // the command line, without what differs between shards
 };
 
 // Command line for the README of a set: the same on all machines and for all parts, without shard, devices,

@@ -29,6 +29,8 @@ class ImageChanges {
   // Changes the camera of an image of the frame, by its index.
   virtual void change_camera(uint64_t image, const state::PoseState& poses,
                              app::CameraRig::Placed& camera) = 0;
+  // Cameras get lenses. Before the first frame.
+  virtual bool has_lens() const = 0;
 };
 
 }  // namespace fire3dv::offline

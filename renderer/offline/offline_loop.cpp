@@ -153,6 +153,14 @@ Result<void> OfflineLoop::change(uint64_t frame, bool is_new_scene, const state:
   parts_.renderer.apply(settings);
   parts_.scene.set_user_edits(edits);
   parts_.scene.follow();
+  // Another material variant is a scene of its own, with the same nodes and the user's edits of the file.
+  if (posed_scene_ != parts_.scene.replaced()) {
+    posed_scene_ = parts_.scene.replaced();
+    if (parts_.robot) parts_.robot->set_scene(parts_.scene.scene(), parts_.poses.names());
+    if (auto good = changes_->set_scene(parts_.scene.scene(), unchanged_settings_); !good) return good;
+    parts_.scene.set_user_edits(edits);
+    parts_.scene.follow();
+  }
   pose(rest);
   if (changes_->add_transforms(parts_.poses, edits.transforms)) {
     parts_.scene.set_user_edits(edits);

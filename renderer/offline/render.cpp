@@ -445,6 +445,9 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (set_) {
     if (auto can = renderer->can_take(wire::with_sources(set_->outputs())); !can)
       return Error{"a data set needs all labels: " + can.error().message};
+    if (set_->changes() && set_->changes()->has_lens() && !drawing_.draw.path) {
+      if (auto can = renderer->can_blur(); !can) return Error{"cameras with a lens: " + can.error().message};
+    }
   }
   const FlowPlan flow = plan_flow(set_, camera_names().size(), {drawing_.width, drawing_.height});
   if (auto fits = check_flow_memory(flow, passes::snapshot_bytes(renderer->gpu_scene())); !fits)

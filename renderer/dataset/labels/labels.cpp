@@ -5,6 +5,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+
 namespace fire3dv::dataset {
 namespace {
 
@@ -227,8 +229,10 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
   if (labels.poses.baseline_m) line["baseline_m"] = *labels.poses.baseline_m;
   if (!labels.poses.drawn.empty()) {
     ordered_json& drawn = line["drawn"] = ordered_json::object();
-    for (const auto& [name, values] : labels.poses.drawn)
-      drawn[name] = values.size() == 1 ? ordered_json(values.front()) : ordered_json(values);
+    for (const auto& [name, value] : labels.poses.drawn)
+      drawn[name] = value.numbers.empty()       ? ordered_json(printable_text(value.text, value.text.size()))
+                    : value.numbers.size() == 1 ? ordered_json(value.numbers.front())
+                                                : ordered_json(value.numbers);
   }
   line["brightness"] = std::round(labels.brightness * 100) / 100;
   if (labels.beyond_range_px) line["beyond_range_px"] = *labels.beyond_range_px;

@@ -72,14 +72,15 @@ bool is_keypoint(const json& point) {
          (is_outside || has_numbers(point, "pixel", 2));
 }
 
-// Numbers, or short lists of them, by name.
+// Numbers, texts, or short lists of numbers, by name.
 bool has_drawn(const json& line) {
   const auto drawn = line.find("drawn");
   if (drawn == line.end()) return true;
   return drawn->is_object() && std::all_of(drawn->begin(), drawn->end(), [](const json& value) {
            constexpr size_t kMaxParts = 4;
-           return is_number(value) || (value.is_array() && value.size() <= kMaxParts &&
-                                       std::all_of(value.begin(), value.end(), is_number));
+           return value.is_string() || is_number(value) ||
+                  (value.is_array() && value.size() <= kMaxParts &&
+                   std::all_of(value.begin(), value.end(), is_number));
          });
 }
 

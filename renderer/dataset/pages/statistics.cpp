@@ -44,16 +44,20 @@ class Counter {
   Histogram histogram_;
 };
 
-// Values of the parts of one drawn parameter.
-using DrawnParameters = std::map<std::string, std::vector<double>>;
+// Values of the parts of drawn parameters, and the images of each text.
+struct DrawnParameters {
+  std::map<std::string, std::vector<double>> numbers;
+  std::map<std::string, std::map<std::string, uint64_t>> texts;
+};
 
 void add_drawn(const json& line, DrawnParameters& parameters) {
   const auto drawn = line.find("drawn");
   if (drawn == line.end()) return;
   for (const auto& [name, value] : drawn->items()) {
-    if (value.is_number()) parameters[name].push_back(value.get<double>());
+    if (value.is_string()) ++parameters.texts[name][value.get<std::string>()];
+    if (value.is_number()) parameters.numbers[name].push_back(value.get<double>());
     for (size_t i = 0; value.is_array() && i < value.size(); ++i)
-      parameters[name + " [" + std::to_string(i) + "]"].push_back(value[i].get<double>());
+      parameters.numbers[name + " [" + std::to_string(i) + "]"].push_back(value[i].get<double>());
   }
 }
 
@@ -137,7 +141,15 @@ Statistics count(const Description& description, const Layout& layout, const off
   if (statistics.has_silhouettes) statistics.histograms.push_back(visibility.histogram());
   for (const Counter* counter : {&sizes, &distances, &brightness})
     statistics.histograms.push_back(counter->histogram());
-  for (const auto& [name, values] : drawn) statistics.drawn.push_back(histogram_of(name, values));
+  for (const auto& [name, texts] : drawn.texts) {
+    Histogram& histogram = statistics.drawn.emplace_back();
+    histogram.title = name;
+    for (const auto& [text, images] : texts) {
+      histogram.ranges.push_back(text.substr(0, 20));
+      histogram.counts.push_back(images);
+    }
+  }
+  for (const auto& [name, values] : drawn.numbers) statistics.drawn.push_back(histogram_of(name, values));
 
   const auto warn = [&](uint64_t images, const std::string& what) {
     if (images != 0) statistics.warnings.push_back(counted(images, "image") + what);

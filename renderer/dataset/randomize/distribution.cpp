@@ -57,13 +57,13 @@ double ParameterDraw::number(const Distribution& of) {
       return std::clamp(std::asin(std::clamp(height, -1.0, 1.0)) / kDegree, of.low, of.high);
     }
     case Distribution::Kind::choice:
-      return of.choices[next() % of.choices.size()];
+      return of.choices[index(of.choices.size())];
   }
   return of.low;
 }
 
 glm::dvec3 ParameterDraw::vector(const VectorDistribution& of) {
-  if (!of.choices.empty()) return of.choices[next() % of.choices.size()];
+  if (!of.choices.empty()) return of.choices[index(of.choices.size())];
   glm::dvec3 value(0);
   for (int i = 0; i < 3; ++i) value[i] = number(of.parts[static_cast<size_t>(i)]);
   return value;

@@ -27,8 +27,14 @@ struct VectorDistribution {
   std::vector<glm::dvec3> choices;  // not empty: instead of the parts
 };
 
-// Drawn parameters of an image with their numbers: one, three of a vector, four (x, y, z, w) of a rotation.
-using DrawnValues = std::vector<std::pair<std::string, std::vector<double>>>;
+// Value of a drawn parameter: one number, three of a vector, four (x, y, z, w) of a rotation, or a text.
+struct DrawnValue {
+  std::vector<double> numbers;
+  std::string text;  // without numbers
+  bool operator==(const DrawnValue&) const = default;
+};
+// Drawn parameters of an image.
+using DrawnValues = std::vector<std::pair<std::string, DrawnValue>>;
 
 // Random numbers of one parameter of one frame.
 class ParameterDraw {
@@ -40,6 +46,7 @@ class ParameterDraw {
   double number(const Distribution& of);
   glm::dvec3 vector(const VectorDistribution& of);
   glm::dquat rotation();  // uniform over all rotations
+  size_t index(size_t count) { return static_cast<size_t>(next() % count); }
 
  private:
   uint64_t state_;

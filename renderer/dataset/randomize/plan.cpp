@@ -17,61 +17,64 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr size_t kMaxNumbers = 100'000;  // aliases repeat parts of a file
-constexpr const char* kNames[kSections] = {"cameras", "nodes",       "materials",
-                                           "lights",  "environment", "background"};
-
-enum class Type : uint8_t { number, vector, chance, place, rotation };
+constexpr const char* kNames[kSections] = {"cameras",     "nodes",      "materials", "lights",
+                                           "environment", "background", "scene"};
 
 // Field of a section with the limits of its numbers.
 struct Rule {
   Section section;
   const char* name;
-  Type type;
+  FieldType type;
   double least = 0, most = 0;
 };
 constexpr double kFar = 1e6;
 constexpr Rule kRules[] = {
-    {Section::cameras, "look_at", Type::place, -kFar, kFar},
-    {Section::cameras, "look_at_offset_m", Type::vector, -kFar, kFar},
-    {Section::cameras, "position_m", Type::vector, -kFar, kFar},
-    {Section::cameras, "distance_m", Type::number, 1e-6, kFar},
-    {Section::cameras, "azimuth_deg", Type::number, -360, 360},
-    {Section::cameras, "elevation_deg", Type::number, -90, 90},
-    {Section::cameras, "roll_deg", Type::number, -360, 360},
-    {Section::cameras, "move_m", Type::vector, -kFar, kFar},
-    {Section::cameras, "turn_deg", Type::vector, -360, 360},
-    {Section::cameras, "fov_deg", Type::number, 0.1, 170},
-    {Section::cameras, "exposure_ev", Type::number, -20, 20},
-    {Section::cameras, "noise", Type::number, 0, 255},
-    {Section::nodes, "position_m", Type::vector, -kFar, kFar},
-    {Section::nodes, "move_m", Type::vector, -kFar, kFar},
-    {Section::nodes, "turn_deg", Type::vector, -360, 360},
-    {Section::nodes, "rotation", Type::rotation},
-    {Section::nodes, "scale", Type::number, 1e-3, 1e3},
-    {Section::nodes, "visible", Type::chance, 0, 1},
-    {Section::materials, "base_color", Type::vector, 0, 1},
-    {Section::materials, "alpha", Type::number, 0, 1},
-    {Section::materials, "metallic", Type::number, 0, 1},
-    {Section::materials, "roughness", Type::number, 0, 1},
-    {Section::materials, "emissive", Type::vector, 0, 1e4},
-    {Section::materials, "normal_scale", Type::number, 0, 10},
-    {Section::lights, "intensity", Type::number, 0, 1e9},
-    {Section::lights, "color", Type::vector, 0, 1},
-    {Section::lights, "radius_m", Type::number, 0, 1e3},
-    {Section::lights, "on", Type::chance, 0, 1},
-    {Section::lights, "look_at", Type::place, -kFar, kFar},
-    {Section::lights, "look_at_offset_m", Type::vector, -kFar, kFar},
-    {Section::lights, "position_m", Type::vector, -kFar, kFar},
-    {Section::lights, "distance_m", Type::number, 1e-6, kFar},
-    {Section::lights, "azimuth_deg", Type::number, -360, 360},
-    {Section::lights, "elevation_deg", Type::number, -90, 90},
-    {Section::environment, "intensity", Type::number, 0, 1e4},
-    {Section::environment, "rotation_deg", Type::number, -360, 360},
-    {Section::background, "color", Type::vector, 0, 1},
+    {Section::cameras, "look_at", FieldType::place, -kFar, kFar},
+    {Section::cameras, "look_at_offset_m", FieldType::vector, -kFar, kFar},
+    {Section::cameras, "position_m", FieldType::vector, -kFar, kFar},
+    {Section::cameras, "distance_m", FieldType::number, 1e-6, kFar},
+    {Section::cameras, "azimuth_deg", FieldType::number, -360, 360},
+    {Section::cameras, "elevation_deg", FieldType::number, -90, 90},
+    {Section::cameras, "roll_deg", FieldType::number, -360, 360},
+    {Section::cameras, "move_m", FieldType::vector, -kFar, kFar},
+    {Section::cameras, "turn_deg", FieldType::vector, -360, 360},
+    {Section::cameras, "fov_deg", FieldType::number, 0.1, 170},
+    {Section::cameras, "path", FieldType::file},
+    {Section::cameras, "path_at", FieldType::number, 0, 1},
+    {Section::cameras, "f_number", FieldType::number, 0.1, 1000},
+    {Section::cameras, "focus_distance_m", FieldType::number, 1e-3, 1e6},
+    {Section::cameras, "exposure_ev", FieldType::number, -20, 20},
+    {Section::cameras, "noise", FieldType::number, 0, 255},
+    {Section::nodes, "position_m", FieldType::vector, -kFar, kFar},
+    {Section::nodes, "move_m", FieldType::vector, -kFar, kFar},
+    {Section::nodes, "turn_deg", FieldType::vector, -360, 360},
+    {Section::nodes, "rotation", FieldType::rotation},
+    {Section::nodes, "scale", FieldType::number, 1e-3, 1e3},
+    {Section::nodes, "visible", FieldType::chance, 0, 1},
+    {Section::materials, "base_color", FieldType::vector, 0, 1},
+    {Section::materials, "alpha", FieldType::number, 0, 1},
+    {Section::materials, "metallic", FieldType::number, 0, 1},
+    {Section::materials, "roughness", FieldType::number, 0, 1},
+    {Section::materials, "emissive", FieldType::vector, 0, 1e4},
+    {Section::materials, "normal_scale", FieldType::number, 0, 10},
+    {Section::lights, "intensity", FieldType::number, 0, 1e9},
+    {Section::lights, "color", FieldType::vector, 0, 1},
+    {Section::lights, "radius_m", FieldType::number, 0, 1e3},
+    {Section::lights, "on", FieldType::chance, 0, 1},
+    {Section::lights, "look_at", FieldType::place, -kFar, kFar},
+    {Section::lights, "look_at_offset_m", FieldType::vector, -kFar, kFar},
+    {Section::lights, "position_m", FieldType::vector, -kFar, kFar},
+    {Section::lights, "distance_m", FieldType::number, 1e-6, kFar},
+    {Section::lights, "azimuth_deg", FieldType::number, -360, 360},
+    {Section::lights, "elevation_deg", FieldType::number, -90, 90},
+    {Section::environment, "intensity", FieldType::number, 0, 1e4},
+    {Section::environment, "rotation_deg", FieldType::number, -360, 360},
+    {Section::background, "color", FieldType::vector, 0, 1},
+    {Section::scene, "variant", FieldType::word},
 };
 
 bool has_objects(Section section) {
-  return section != Section::environment && section != Section::background;
+  return section < Section::environment;
 }
 
 std::string number_text(double value) {
@@ -151,6 +154,11 @@ class Parser {
       fail(field, "no such field of " + std::string(name_of(section)) + ": there are " + known);
     });
     check(section, entry, value);
+    if (entry.find("path") && !entry.find("path_at")) {
+      Field& at = entry.fields["path_at"];
+      at.most = 1;
+      at.number = {Distribution::Kind::uniform, 0, 1, {}, 0, 1};
+    }
     return entry;
   }
 
@@ -167,6 +175,12 @@ class Parser {
     needs("elevation_deg", "distance_m");
     needs("look_at_offset_m", "look_at");
     excludes("position_m", "distance_m");
+    needs("path_at", "path");
+    excludes("path", "position_m");
+    excludes("path", "distance_m");
+    needs("focus_distance_m", "f_number");
+    if (has("f_number") && !has("focus_distance_m") && !has("look_at"))
+      fail(at, "f_number needs focus_distance_m, or look_at to focus on");
     if (section != Section::nodes) return;
     excludes("position_m", "move_m");
     excludes("rotation", "turn_deg");
@@ -174,24 +188,35 @@ class Parser {
 
   Field read_field(const Rule& rule, const YAML::Node& value) {
     Field field;
+    field.type = rule.type;
+    field.least = rule.type == FieldType::rotation ? -1 : rule.least;
+    field.most = rule.type == FieldType::rotation ? 1 : rule.most;
+    field.line = value.Mark().line + 1;
     switch (rule.type) {
-      case Type::number:
+      case FieldType::number:
         field.number = read_number(rule, value);
         break;
-      case Type::chance:
+      case FieldType::chance:
         field.number.low = read_constant(rule, value);
         break;
-      case Type::vector:
+      case FieldType::vector:
         field.vector = read_vector(rule, value);
         break;
-      case Type::place:
+      case FieldType::place:
         if (value.IsScalar())
           field.node = value.Scalar();
         else
           field.vector = read_vector(rule, value);
         if (value.IsScalar() && field.node.empty()) fail(value, "name a node, or write [x, y, z]");
         break;
-      case Type::rotation:
+      case FieldType::word:
+        field.words = read_words(value);
+        break;
+      case FieldType::file:
+        if (!value.IsScalar() || value.Scalar().empty()) fail(value, "name a file");
+        field.words = {value.Scalar()};
+        break;
+      case FieldType::rotation:
         if (!value.IsScalar() || value.Scalar() != "uniform")
           fail(value, "must be uniform; for ranges of angles use turn_deg");
         break;
@@ -279,6 +304,19 @@ class Parser {
     return result;
   }
 
+  std::vector<std::string> read_words(const YAML::Node& value) const {
+    if (value.IsScalar()) return {value.Scalar()};
+    const YAML::Node of = value.IsMap() && value.size() == 1 ? value["choice"] : YAML::Node();
+    if (!of.IsDefined() || !of.IsSequence() || of.size() == 0)
+      fail(value, "needs a text, or {choice: [A, B]}");
+    std::vector<std::string> words;
+    for (const auto& each : of) {
+      if (!each.IsScalar()) fail(each, "a choice here is a text");
+      words.push_back(each.Scalar());
+    }
+    return words;
+  }
+
   static constexpr const char* kForms =
       "needs a number, a range [LEAST, MOST], or one of {uniform: [LEAST, MOST]}, {log: [LEAST, MOST]}, "
       "{normal: [MEAN, DEVIATION]}, {choice: [A, B, ...]}";
@@ -336,7 +374,17 @@ Result<Plan> parse_plan(const std::string& text, const std::string& file) {
 Result<Plan> read_plan(const std::filesystem::path& file) {
   auto bytes = read_whole_file(file, kMaxPlanBytes);
   if (!bytes) return bytes.error();
-  return parse_plan(std::string(bytes->begin(), bytes->end()), file.string());
+  auto plan = parse_plan(std::string(bytes->begin(), bytes->end()), file.string());
+  if (!plan) return plan;
+  for (const Entry& entry : plan->of(Section::cameras)) {
+    const Field* const path = entry.find("path");
+    if (!path || plan->paths.contains(path->words[0])) continue;
+    auto trajectory = read_trajectory(file.parent_path() / path->words[0]);
+    if (!trajectory)
+      return Error{plan->file + ":" + std::to_string(path->line) + ": path: " + trajectory.error().message};
+    plan->paths.emplace(path->words[0], std::move(*trajectory));
+  }
+  return plan;
 }
 
 }  // namespace fire3dv::dataset

@@ -13,16 +13,23 @@
 
 #include "base/error.h"
 #include "renderer/dataset/randomize/distribution.h"
+#include "renderer/dataset/randomize/given_draws.h"
+#include "renderer/dataset/randomize/trajectory.h"
 
 namespace fire3dv::dataset {
 
-enum class Section : uint8_t { cameras, nodes, materials, lights, environment, background };
-constexpr size_t kSections = 6;
+enum class Section : uint8_t { cameras, nodes, materials, lights, environment, background, scene };
+constexpr size_t kSections = 7;
 
+enum class FieldType : uint8_t { number, vector, chance, place, rotation, word, file };
 struct Field {
+  FieldType type = FieldType::number;
+  double least = 0, most = 0;  // limits of its numbers
   Distribution number;
   VectorDistribution vector;
-  std::string node;  // of look_at: name or path; empty: the vector
+  std::string node;                // of look_at: name or path; empty: the vector
+  std::vector<std::string> words;  // texts to choose from; of a file: its path
+  int line = 0;
 };
 
 // Fields of the objects whose name matches the pattern.
@@ -41,6 +48,8 @@ struct Plan {
   std::string file;  // for messages
   std::string text;
   uint64_t seed = 0;
+  std::map<std::string, Trajectory, std::less<>> paths;  // of cameras, by the text of the file
+  GivenDraws given;
   std::array<std::vector<Entry>, kSections> entries;
 
   const std::vector<Entry>& of(Section section) const { return entries[static_cast<size_t>(section)]; }
@@ -50,6 +59,7 @@ constexpr size_t kMaxPlanBytes = 64 << 10;
 
 // Errors name file, line and field.
 Result<Plan> parse_plan(const std::string& text, const std::string& file);
+// With the files that it names, relative to its folder.
 Result<Plan> read_plan(const std::filesystem::path& file);
 
 const char* name_of(Section section);

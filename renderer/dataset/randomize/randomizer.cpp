@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
 #include "base/log.h"
 #include "base/text.h"
+#include "base/words.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/scene/derived/variants.h"
 #include "renderer/state/edits/node_transform.h"
 
 namespace fire3dv::dataset {
@@ -47,45 +50,94 @@ std::vector<std::string> names_of(const std::vector<scene::Material>& materials)
   return names;
 }
 
+bool fits(const DrawnValue& value, const Field& field) {
+  const auto are_in = [&](size_t count) {
+    return value.numbers.size() == count &&
+           std::all_of(value.numbers.begin(), value.numbers.end(),
+                       [&](double each) { return each >= field.least && each <= field.most; });
+  };
+  switch (field.type) {
+    case FieldType::number:
+      return are_in(1);
+    case FieldType::chance:
+      return are_in(1) && (value.numbers[0] == 0 || value.numbers[0] == 1);
+    case FieldType::vector:
+    case FieldType::place:
+      return are_in(3);
+    case FieldType::rotation: {
+      if (!are_in(4)) return false;
+      double square = 0;
+      for (const double part : value.numbers) square += part * part;
+      return std::abs(square - 1) < 1e-3;
+    }
+    case FieldType::word:
+      return value.numbers.empty() &&
+             std::find(field.words.begin(), field.words.end(), value.text) != field.words.end();
+    case FieldType::file:
+      break;
+  }
+  return false;
+}
+
 }  // namespace
 
 class Randomizer::Draws {
  public:
-  Draws(const Plan& plan, uint64_t frame, std::string prefix, const Entry& fields, DrawnValues& record)
-      : plan_(plan), frame_(frame), prefix_(std::move(prefix)), fields_(fields), record_(record) {}
+  Draws(const Randomizer& owner, std::string prefix, const Entry& fields, DrawnValues& record)
+      : owner_(owner), prefix_(std::move(prefix)), fields_(fields), record_(record) {}
 
   std::optional<double> number(const char* name) {
     const Field* const field = fields_.find(name);
     if (!field) return {};
+    if (const DrawnValue* const given = find_given(name)) return given->numbers[0];
     const double value = draw_of(name).number(field->number);
-    return record(name, {value}), value;
+    return record(name, {{value}, {}}), value;
   }
   std::optional<bool> chance(const char* name) {
     const Field* const field = fields_.find(name);
     if (!field) return {};
+    if (const DrawnValue* const given = find_given(name)) return given->numbers[0] != 0;
     const bool value = draw_of(name).unit() < field->number.low;
-    return record(name, {value ? 1.0 : 0.0}), value;
+    return record(name, {{value ? 1.0 : 0.0}, {}}), value;
   }
   std::optional<glm::dvec3> vector(const char* name) {
     const Field* const field = fields_.find(name);
     if (!field) return {};
+    if (const DrawnValue* const given = find_given(name))
+      return glm::dvec3(given->numbers[0], given->numbers[1], given->numbers[2]);
     const glm::dvec3 value = draw_of(name).vector(field->vector);
-    return record(name, {value.x, value.y, value.z}), value;
+    return record(name, {{value.x, value.y, value.z}, {}}), value;
   }
   std::optional<glm::dquat> rotation(const char* name) {
     if (!fields_.find(name)) return {};
+    if (const DrawnValue* const given = find_given(name))
+      return glm::normalize(
+          glm::dquat(given->numbers[3], given->numbers[0], given->numbers[1], given->numbers[2]));
     const glm::dquat value = draw_of(name).rotation();
-    return record(name, {value.x, value.y, value.z, value.w}), value;
+    return record(name, {{value.x, value.y, value.z, value.w}, {}}), value;
+  }
+  std::optional<std::string> word(const char* name) {
+    const Field* const field = fields_.find(name);
+    if (!field) return {};
+    if (const DrawnValue* const given = find_given(name)) return given->text;
+    const std::string& value = field->words[draw_of(name).index(field->words.size())];
+    return record(name, {{}, value}), value;
   }
 
  private:
-  ParameterDraw draw_of(const char* name) const { return {plan_.seed, frame_, prefix_ + name}; }
-  void record(const char* name, std::vector<double> values) {
-    record_.emplace_back(prefix_ + name, std::move(values));
+  ParameterDraw draw_of(const char* name) const { return {owner_.plan_.seed, owner_.frame_, prefix_ + name}; }
+  void record(const char* name, DrawnValue value) { record_.emplace_back(prefix_ + name, std::move(value)); }
+  // Checked by check_given().
+  const DrawnValue* find_given(const char* name) {
+    const auto frame = owner_.given_.find(owner_.frame_);
+    if (frame == owner_.given_.end()) return nullptr;
+    const auto found = frame->second.find(prefix_ + name);
+    if (found == frame->second.end()) return nullptr;
+    record(name, found->second);
+    return &found->second;
   }
 
-  const Plan& plan_;
-  uint64_t frame_;
+  const Randomizer& owner_;
   std::string prefix_;
   const Entry& fields_;
   DrawnValues& record_;
@@ -115,7 +167,11 @@ std::vector<Randomizer::Object> Randomizer::match(const Plan& plan, Section sect
 }
 
 Randomizer::Randomizer(const Plan& plan, const std::vector<std::string>& cameras)
-    : plan_(plan), cameras_(match(plan, Section::cameras, cameras, {})), camera_count_(cameras.size()) {}
+    : plan_(plan), cameras_(match(plan, Section::cameras, cameras, {})), camera_count_(cameras.size()) {
+  for (const auto& [image, values] : plan.given.images) {
+    for (const auto& [name, value] : values) given_[image / camera_count_][name] = value;
+  }
+}
 
 std::vector<Randomizer::Unmatched> Randomizer::unmatched(const Plan& plan, const scene::Scene& scene,
                                                          const std::vector<std::string>& cameras) {
@@ -167,6 +223,83 @@ Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::Dr
     return Error{plan_.file + ": " + std::to_string(parameters) +
                  " parameters of an image are drawn, more than " + std::to_string(kMaxParameters) +
                  ": match fewer objects"};
+  warn_of_no_effect();
+  if (auto good = check_variants(); !good) return good;
+  return check_given();
+}
+
+bool Randomizer::has_lens() const {
+  return std::any_of(cameras_.begin(), cameras_.end(),
+                     [](const Object& object) { return object.fields.find("f_number") != nullptr; });
+}
+
+void Randomizer::warn_once(const std::string& text) {
+  if (warned_.insert(text).second) log_message(warning(text));
+}
+
+void Randomizer::warn_of_no_effect() {
+  const auto list = [&](const std::vector<Object>& objects, const char* field, const char* why,
+                        auto&& has_none) {
+    std::vector<std::string> titles;
+    for (const Object& object : objects) {
+      if (object.fields.find(field) && has_none(object.index))
+        titles.push_back(quote(object.title.substr(0, object.title.size() - 1)));
+    }
+    constexpr size_t kMaxListed = 5;
+    const size_t count = titles.size();
+    if (count == 0) return;
+    titles.resize(std::min(count, kMaxListed));
+    warn_once(std::string(field) + " has no effect where " + why + ": " + joined(titles) +
+              (count > kMaxListed ? ", ..." : ""));
+  };
+  const auto& materials = scene_->materials;
+  list(materials_, "alpha", "the material is opaque",
+       [&](uint32_t i) { return scene::drawn_alpha_mode(materials[i]) == scene::AlphaMode::opaque; });
+  list(materials_, "normal_scale", "the material has no normal map",
+       [&](uint32_t i) { return materials[i].normal_texture.texture == scene::kNone; });
+  for (const char* field : {"metallic", "roughness"})
+    list(materials_, field, "the material is unlit", [&](uint32_t i) { return materials[i].unlit; });
+  list(lights_, "radius_m", "the light is directional", [&](uint32_t i) {
+    return scene_->lights[scene_->nodes[i].light].type == scene::LightType::directional;
+  });
+}
+
+Result<void> Randomizer::check_variants() const {
+  for (const Entry& entry : plan_.of(Section::scene)) {
+    const Field* const field = entry.find("variant");
+    if (!field) continue;
+    for (const std::string& word : field->words) {
+      if (auto found = scene::find_variant(*scene_, word); !found)
+        return Error{plan_.file + ":" + std::to_string(field->line) +
+                     ": scene.variant: " + found.error().message};
+    }
+  }
+  return {};
+}
+
+Result<void> Randomizer::check_given() const {
+  std::map<std::string, const Field*, std::less<>> known;
+  const auto add = [&](const std::string& title, const Entry& fields) {
+    for (const auto& [name, field] : fields.fields) {
+      if (field.type != FieldType::file && field.node.empty()) known[title + name] = &field;
+    }
+  };
+  for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_}) {
+    for (const Object& object : *objects) add(object.title, object.fields);
+  }
+  for (const Section section : {Section::environment, Section::background, Section::scene}) {
+    for (const Entry& entry : plan_.of(section)) add(std::string(name_of(section)) + ".", entry);
+  }
+  for (const auto& [image, values] : plan_.given.images) {
+    for (const auto& [name, value] : values) {
+      const auto found = known.find(name);
+      const std::string at = plan_.given.file + ": image " + std::to_string(image) + ": " + quote(name);
+      if (found == known.end())
+        return Error{at + " is no parameter that " + plan_.file + " draws: add it there"};
+      if (!fits(value, *found->second))
+        return Error{at + " has a value that the field cannot have: see docs/randomization.md"};
+    }
+  }
   return {};
 }
 
@@ -177,10 +310,16 @@ void Randomizer::change_frame(uint64_t frame, state::UserEdits& edits, settings:
   for (const Object& object : materials_) change_material(object, edits);
   for (const Object& object : lights_) change_light(object, edits);
   change_settings(settings);
+  for (const Entry& entry : plan_.of(Section::scene)) {
+    Draws draws(*this, "scene.", entry, of_frame_);
+    if (const auto variant = draws.word("variant")) {
+      if (const auto found = scene::find_variant(*scene_, *variant)) edits.variant = *found;
+    }
+  }
 }
 
 void Randomizer::change_node(const Object& object, state::UserEdits& edits) {
-  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  Draws draws(*this, object.title, object.fields, of_frame_);
   if (const auto visible = draws.chance("visible"); visible && !*visible) edits.hidden.insert(object.index);
   const auto edited = edits.transforms.find(object.index);
   const glm::dmat4 before(edited == edits.transforms.end() ? scene_->nodes[object.index].parent_from_node
@@ -202,7 +341,7 @@ void Randomizer::change_node(const Object& object, state::UserEdits& edits) {
 }
 
 void Randomizer::change_material(const Object& object, state::UserEdits& edits) {
-  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  Draws draws(*this, object.title, object.fields, of_frame_);
   const auto edited = edits.materials.find(object.index);
   scene::MaterialFactors factors =
       edited == edits.materials.end() ? scene::factors_of(scene_->materials[object.index]) : edited->second;
@@ -220,7 +359,7 @@ void Randomizer::change_material(const Object& object, state::UserEdits& edits) 
 }
 
 void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
-  Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+  Draws draws(*this, object.title, object.fields, of_frame_);
   const auto edited = edits.lights.find(object.index);
   scene::Light light =
       edited == edits.lights.end() ? scene_->lights[scene_->nodes[object.index].light] : edited->second;
@@ -233,14 +372,14 @@ void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
 
 void Randomizer::change_settings(settings::DrawSettings& settings) {
   for (const Entry& entry : plan_.of(Section::environment)) {
-    Draws draws(plan_, frame_, "environment.", entry, of_frame_);
+    Draws draws(*this, "environment.", entry, of_frame_);
     if (const auto value = draws.number("intensity"))
       settings.environment_intensity = static_cast<float>(*value);
     if (const auto value = draws.number("rotation_deg"))
       settings.environment_rotation_rad = static_cast<float>(glm::radians(*value));
   }
   for (const Entry& entry : plan_.of(Section::background)) {
-    Draws draws(plan_, frame_, "background.", entry, of_frame_);
+    Draws draws(*this, "background.", entry, of_frame_);
     if (const auto color = draws.vector("color")) {
       settings.background = settings::Background();
       settings.background.color = *color;
@@ -248,12 +387,17 @@ void Randomizer::change_settings(settings::DrawSettings& settings) {
   }
 }
 
-// The object's pose in the world after look_at, position_m and the shell.
-glm::dmat4 Randomizer::place(Draws& draws, const Entry& fields, const state::PoseState& poses,
-                             const glm::dmat4& world_from_object) const {
-  glm::dvec3 eye(world_from_object[3]);
+// The object's pose in the world after path, position_m, look_at and the shell.
+Randomizer::Placement Randomizer::place(Draws& draws, const Entry& fields, const state::PoseState& poses,
+                                        const glm::dmat4& world_from_object) const {
+  Placement result{world_from_object, {}};
+  if (const Field* const path = fields.find("path")) {
+    const auto trajectory = plan_.paths.find(path->words[0]);
+    const auto share = draws.number("path_at");
+    if (trajectory != plan_.paths.end() && share) result.world_from_object = trajectory->second.at(*share);
+  }
+  glm::dvec3 eye(result.world_from_object[3]);
   if (const auto position = draws.vector("position_m")) eye = *position;
-  glm::dmat4 result = world_from_object;
   if (const Field* const field = fields.find("look_at")) {
     glm::dvec3 target(0);
     if (field->node.empty())
@@ -267,9 +411,10 @@ glm::dmat4 Randomizer::place(Draws& draws, const Entry& fields, const state::Pos
     }
     // Of an eye in the target any direction is right.
     if (glm::distance(eye, target) > 0)
-      result = glm::dmat4(passes::look_at_pose(glm::vec3(eye - target), glm::vec3(0)));
+      result.world_from_object = glm::dmat4(passes::look_at_pose(glm::vec3(eye - target), glm::vec3(0)));
+    result.target = target;
   }
-  result[3] = glm::dvec4(eye, 1);
+  result.world_from_object[3] = glm::dvec4(eye, 1);
   return result;
 }
 
@@ -278,10 +423,10 @@ bool Randomizer::add_transforms(const state::PoseState& poses, state::NodeTransf
   bool has_any = false;
   for (const Object& object : lights_) {
     if (!object.fields.find("look_at") && !object.fields.find("position_m")) continue;
-    Draws draws(plan_, frame_, object.title, object.fields, of_frame_);
+    Draws draws(*this, object.title, object.fields, of_frame_);
     const uint32_t parent = scene_->nodes[object.index].parent;
     const glm::dmat4 world_from_light =
-        place(draws, object.fields, poses, glm::dmat4(poses.world_from_node(object.index)));
+        place(draws, object.fields, poses, glm::dmat4(poses.world_from_node(object.index))).world_from_object;
     const glm::dmat4 parent_from_world =
         parent == scene::kNone ? glm::dmat4(1) : glm::inverse(glm::dmat4(poses.world_from_node(parent)));
     transforms[object.index] = state::to_transform(glm::mat4(parent_from_world * world_from_light));
@@ -296,8 +441,8 @@ void Randomizer::warn_of_driven_nodes(const state::PoseState& poses) {
       const Entry& fields = object.fields;
       const bool is_placed = fields.find("position_m") || fields.find("move_m") || fields.find("turn_deg") ||
                              fields.find("rotation") || fields.find("scale") || fields.find("look_at");
-      if (!is_placed || !poses.age_of_driver(object.index) || !warned_.insert(object.title).second) continue;
-      log_message(warning(object.title + "*: its place has no effect: a recorded stream moves the node"));
+      if (!is_placed || !poses.age_of_driver(object.index)) continue;
+      warn_once(object.title + "*: its place has no effect: a recorded stream moves the node");
     }
   }
 }
@@ -310,8 +455,9 @@ void Randomizer::change_camera(uint64_t image, const state::PoseState& poses,
     return object.index == image % camera_count_;
   });
   if (found == cameras_.end()) return;
-  Draws draws(plan_, frame_, found->title, found->fields, of_image_);
-  glm::dmat4 pose = place(draws, found->fields, poses, glm::dmat4(camera.world_from_camera));
+  Draws draws(*this, found->title, found->fields, of_image_);
+  const Placement placed = place(draws, found->fields, poses, glm::dmat4(camera.world_from_camera));
+  glm::dmat4 pose = placed.world_from_object;
   if (const auto move = draws.vector("move_m")) pose[3] += pose * glm::dvec4(*move, 0);
   glm::dmat3 axes(pose);
   if (const auto roll = draws.number("roll_deg")) axes = axes * turn_of({0, 0, *roll});
@@ -323,6 +469,14 @@ void Randomizer::change_camera(uint64_t image, const state::PoseState& poses,
   if (const auto stops = draws.number("exposure_ev")) {
     const float before = camera.camera.exposure > 0 ? camera.camera.exposure : exposure_;
     camera.camera.exposure = before * static_cast<float>(std::exp2(*stops));
+  }
+  if (const auto aperture = draws.number("f_number")) {
+    double focus_m = scene::kMinFocusDistanceM;
+    if (const auto distance = draws.number("focus_distance_m"))
+      focus_m = *distance;
+    else if (placed.target)
+      focus_m = std::max(focus_m, -glm::dot(*placed.target - glm::dvec3(pose[3]), glm::normalize(axes[2])));
+    camera.camera.lens = {static_cast<float>(*aperture), static_cast<float>(focus_m), true};
   }
   noise_ = draws.number("noise").value_or(0);
 }

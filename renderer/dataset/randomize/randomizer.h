@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -32,6 +33,7 @@ class Randomizer final : public offline::ImageChanges {
   void change_frame(uint64_t frame, state::UserEdits& edits, settings::DrawSettings& settings) override;
   bool add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) override;
   void change_camera(uint64_t image, const state::PoseState& poses, app::CameraRig::Placed& camera) override;
+  bool has_lens() const override;
 
   // Draws of the image of the last change_camera(), those of its frame first.
   DrawnValues drawn() const;
@@ -53,8 +55,16 @@ class Randomizer final : public offline::ImageChanges {
   void change_material(const Object& object, state::UserEdits& edits);
   void change_light(const Object& object, state::UserEdits& edits);
   void change_settings(settings::DrawSettings& settings);
-  glm::dmat4 place(Draws& draws, const Entry& fields, const state::PoseState& poses,
-                   const glm::dmat4& world_from_object) const;
+  struct Placement {
+    glm::dmat4 world_from_object{1};
+    std::optional<glm::dvec3> target;  // of look_at
+  };
+  Placement place(Draws& draws, const Entry& fields, const state::PoseState& poses,
+                  const glm::dmat4& world_from_object) const;
+  Result<void> check_variants() const;
+  Result<void> check_given() const;
+  void warn_of_no_effect();
+  void warn_once(const std::string& text);
   void warn_of_driven_nodes(const state::PoseState& poses);
 
   const Plan& plan_;
@@ -64,6 +74,7 @@ class Randomizer final : public offline::ImageChanges {
   std::optional<state::NodeNames> names_;  // of the scene
   float exposure_ = 1;
   uint64_t frame_ = 0;
+  std::map<uint64_t, std::map<std::string, DrawnValue>> given_;  // by frame
   DrawnValues of_frame_, of_image_;
   double noise_ = 0;
   std::set<std::string> warned_;

@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
 """End-to-end test of `fire3dv dataset --randomize`: draws against their definition, images against the draws, the same bytes in parts."""
+import json
 import os
 import shutil
+import struct
+import subprocess
+import sys
 
 import numpy as np
 
@@ -172,6 +176,8 @@ materials: {ball: {base_color: [0.5, 0.5, 0.5], roughness: 1}}
         check((instances == np.load(at[1] + "instance.npy")).all(), "labels have no noise")
         check(other["drawn"]["cameras.front.noise"] == 4, "the draw")
         brightness.setdefault(line["drawn"]["cameras.front.exposure_ev"], set()).add(round(ours[instances > 0].mean(), 6))
+    said = draw(test, test.path("alpha"), "--format", "yolo", text="materials: {ball: {alpha: [0, 1]}}", images=1)
+    check('warning: alpha has no effect where the material is opaque: "materials.ball"' in said, said)
     check(all(len(each) == 1 for each in brightness.values()) and min(brightness[-2]) < 0.7 * min(brightness[0]), f"{brightness}")
 
 
@@ -204,11 +210,105 @@ def the_example_runs(test):
     check({"lights.key light.intensity", "materials.ball.roughness", "cameras.front.exposure_ev"} < set(drawn), f"{drawn}")
 
 
+def cameras_follow_a_path(test):
+    """Poses of a TUM file, between its lines; the lens blurs colours and no label."""
+    half = np.radians(30) / 2
+    poses = [(10, (0, 0, 60), (0, 0, 0, 1)), (11, (0, 10, 60), (0, 0, 0, 1)), (13, (20, 10, 60), (0, np.sin(half), 0, np.cos(half)))]
+    turned = [(time, at, (w, z, -y, -x)) for time, at, (x, y, z, w) in poses]  # with a half turn about x: OpenCV's axes
+    write(test, "path.txt", "# time x y z qx qy qz qw\n" + "".join(" ".join(map(str, (time, *at, *q))) + "\n" for time, at, q in turned))
+    out, blurred = test.path("path"), test.path("lens")
+    draw(test, out, "--format", "folder", text="cameras: {front: {path: path.txt}}\n")
+    for line in lines_of(out):
+        time = 10 + 3 * line["drawn"]["cameras.front.path_at"]
+        way = np.interp(time, (11, 13), (0, 1))
+        eye = np.array([20 * way, 10 * np.interp(time, (10, 11), (0, 1)), 60])
+        angle = np.radians(30) * way
+        right, down, forward = (np.cos(angle), 0, -np.sin(angle)), (0, -1, 0), (-np.sin(angle), 0, -np.cos(angle))
+        rotation = np.reshape(line["cam_R_w2c"], (3, 3))
+        check(np.allclose(rotation, [right, down, forward], atol=1e-5), f"path: {rotation} at {time} s")
+        check(np.allclose(-rotation.T @ line["cam_t_w2c"] / 1000, eye, atol=1e-3), f"path: the eye at {time} s")
+    sharp = "cameras: {front: {path: path.txt, f_number: 0.1, focus_distance_m: 3}}\n"
+    draw(test, blurred, "--format", "folder", text=sharp)
+    steps = []
+    for frame in range(IMAGES):
+        ours, theirs = (os.path.join(folder, "00_front", f"{frame:06}.") for folder in (out, blurred))
+        instances = np.load(ours + "instance.npy")
+        check((instances == np.load(theirs + "instance.npy")).all(), "labels are those of a pinhole")
+        if (instances > 0).sum() > 50:
+            steps.append([np.abs(np.diff(read_color(at + "png").astype(float), axis=1)).max() for at in (ours, theirs)])
+    check(len(steps) > 1 and all(blur < 0.6 * sharp for sharp, blur in steps), f"largest steps of colours: {steps}")
+
+
+def variants_are_drawn(test):
+    scene = test.path("variants.glb")
+    with open(ball_scene(test), "rb") as file:
+        data = file.read()
+    (size,) = struct.unpack_from("<I", data, 12)
+    document = json.loads(data[20:20 + size])
+    document["extensionsUsed"] = ["KHR_materials_variants"]
+    document["extensions"] = {"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "green"}]}}
+    for name, color in (("red", [1, 0, 0, 1]), ("green", [0, 1, 0, 1])):
+        document["materials"].append({"name": name, "pbrMetallicRoughness": {"baseColorFactor": color, "metallicFactor": 0}})
+    document["meshes"][0]["primitives"][0]["extensions"] = {"KHR_materials_variants": {"mappings": [{"material": 1, "variants": [0]}, {"material": 2, "variants": [1]}]}}
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    with open(scene, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, len(data) - size + len(text)) + struct.pack("<I4s", len(text), b"JSON") + text + data[20 + size:])
+    text = "scene: {variant: {choice: [red, green]}}\nnodes: {ball: {move_m: [[-20, 20], 0, 0]}}\ncameras: {front: {look_at: ball}}\n"
+    out = test.path("variants")
+    draw(test, out, "--format", "folder", text=text, images=8, inputs=[scene])
+    seen = set()
+    for frame, line in enumerate(lines_of(out)):
+        at = os.path.join(out, "00_front", f"{frame:06}.")
+        mask = np.load(at + "instance.npy") > 0
+        variant, mean = line["drawn"]["scene.variant"], read_color(at + "png")[mask].mean(0)
+        check((mean[0] > 2 * mean[1]) == (variant == "red"), f"image {frame}: {variant}, {mean}")
+        check(abs(np.nonzero(mask)[1].mean() - (SIZE[0] - 1) / 2) < 0.6, f"image {frame}: the ball is not in the middle")
+        seen.add(variant)
+    check(seen == {"red", "green"}, f"{seen}")
+    parts = [test.path(f"variant{i}") for i in (1, 2)]
+    for i, part in enumerate(parts, 1):
+        draw(test, part, "--format", "folder", "--shard", f"{i}/2", text=text, images=8, inputs=[scene])
+    joined = test.path("variants joined")
+    join(test, *parts, "--out", joined)
+    expect_same(joined, out, "joined shards with variants")
+    said = draw(test, test.path("bad"), "--format", "coco", text="scene: {variant: blue}", inputs=[scene], code=1)
+    check("randomize.yaml:1: scene.variant: " in said and "red" in said, said)
+
+
+def programs_draw(test):
+    """Draws of a file of lines, such as those of another set or of a program."""
+    folder = whole(test)
+    again = test.path("again")
+    draw(test, again, "--format", "folder", "--draws", os.path.join(folder, "frames.jsonl"), seed=99)
+    check(lines_of(again) == lines_of(folder), "the same draws, other labels")
+    one = write(test, "one.jsonl", json.dumps({"frame": 2, "drawn": {"nodes.ball.move_m": [1, 2, 3]}}) + "\n")
+    out = test.path("one")
+    draw(test, out, "--format", "folder", "--draws", one)
+    for ours, theirs in zip(lines_of(out), lines_of(folder)):
+        check((ours == theirs) == (ours["frame"] != 2), "a single draw")
+    check(lines_of(out)[2]["drawn"]["nodes.ball.move_m"] == [1, 2, 3], "the draw")
+    for line, wanted in (("{}", "draws.jsonl:1: a line is"), ('{"frame": 0, "drawn": {"nodes.ball.scale": 2}}', '"nodes.ball.scale" is no parameter that'),
+                         ('{"frame": 0, "drawn": {"background.color": [0, 2, 0]}}', "has a value that the field cannot have"),
+                         ('{"frame": 0, "drawn": {"background.color": [0, null, 0]}}', "must be a number, a text, or up to four numbers")):
+        said = draw(test, test.path("bad"), "--format", "coco", "--draws", write(test, "draws.jsonl", line), code=1)
+        check(wanted in said and not os.path.exists(test.path("bad")), said)
+    program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "examples", "randomize", "draws.py")
+    made = os.path.join(test.folder, "made.jsonl")
+    subprocess.run([sys.executable, program, made, "--images", "4", "--names", "red", "green", "--apart", "12", "--box", "20"], check=True)
+    out = test.path("made")
+    text = "nodes: {red: {move_m: [0, 0, 0]}, green: {move_m: [0, 0, 0]}}\n"
+    draw(test, out, "--format", "coco", "--draws", made, text=text, images=4, inputs=[scene_of(test)])
+    apart = [np.subtract(line["drawn"]["nodes.red.move_m"], line["drawn"]["nodes.green.move_m"]) for line in lines_of(out)]
+    check(len(apart) == 4 and min(np.linalg.norm(apart, axis=1)) >= 12, f"{apart}")
+
+
 def bad_input(test):
     for text, wanted in (("nodes: {ball: {size: 2}}", "randomize.yaml:1: nodes.ball.size: no such field of nodes"),
                          ("\nnodes:\n  ball: {scale: [3, 2]}", "randomize.yaml:3: nodes.ball.scale: [3, 2] is no range"),
                          ("nodes: {bal: {scale: 2}}", "nodes: no node has the name \"bal\""),
                          ("cameras: {side: {look_at: ball}}", "cameras: no camera of the set has the name \"side\""),
+                         ("cameras: {front: {path: none.txt}}", "randomize.yaml:1: path: "),
                          ("cameras: {front: {look_at: bal}}", "cameras.front.look_at: the scene has no single node \"bal\"")):
         said = draw(test, test.path("bad"), "--format", "coco", text=text, code=1)
         check(wanted in said, said)
@@ -221,4 +321,5 @@ def bad_input(test):
 
 if __name__ == "__main__":
     main({"draws": images_show_their_draws, "parts": parts_are_the_whole, "noise": colours_have_noise_and_exposure,
-          "recording": recordings_keep_their_poses, "example": the_example_runs, "bad_input": bad_input}, ("fire3dv", "make"))
+          "recording": recordings_keep_their_poses, "example": the_example_runs,
+          "path": cameras_follow_a_path, "variants": variants_are_drawn, "programs": programs_draw, "bad_input": bad_input}, ("fire3dv", "make"))

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <optional>
 #include <set>
 #include <string>
@@ -46,6 +47,9 @@ TEST(Plan, ErrorsNameLineAndField) {
       {"cameras: {a: {distance_m: 1, azimuth_deg: 0, elevation_deg: 0}}\n",
        "cameras.a: distance_m needs look_at"},
       {"cameras: {a: {azimuth_deg: 0}}\n", "cameras.a: azimuth_deg needs distance_m"},
+      {"cameras: {a: {f_number: 2}}\n", "cameras.a: f_number needs focus_distance_m, or look_at to focus on"},
+      {"cameras: {a: {path: x, position_m: [0, 0, 0]}}\n", "cameras.a: path and position_m: choose one"},
+      {"scene: {variant: {choice: [[a]]}}\n", "scene.variant: a choice here is a text"},
       {"nodes: [a]\n", "r.yaml:1: nodes: a section is a map"},
       {"nodes: {a: 1}\n", "nodes.a: an object is a map"},
       {"nodes: {[a]: {}}\n", "nodes: a name is text"},
@@ -157,6 +161,26 @@ TEST(Noise, HasTheDeviation) {
   EXPECT_NEAR(product, 0, 0.6);  // channels are independent
 }
 
+TEST(TrajectoryFile, ErrorsNameTheLine) {
+  const std::string path = ::testing::TempDir() + "randomize_test_path.txt";
+  const auto read = [&](const std::string& text) {
+    std::ofstream(path, std::ios::trunc) << text;
+    const auto trajectory = read_trajectory(path);
+    return trajectory ? std::to_string(trajectory->poses.size()) : trajectory.error().message;
+  };
+  EXPECT_EQ(read("# comment\n1 0 0 0 0 0 0 1\n\n2 0 0 0 0 0 0 1 # more\n"), "2");
+  EXPECT_NE(read("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n").find("line 2: a pose is TIME X Y Z"), std::string::npos);
+  EXPECT_NE(read("1 0 0 0 0 0 0 1 5\n").find("line 1: a pose is TIME X Y Z"), std::string::npos);
+  EXPECT_NE(read("1 0 0 nan 0 0 0 1\n").find("line 1: a pose is TIME X Y Z"), std::string::npos);
+  EXPECT_NE(read("1 0 0 0 0 0 0 2\n").find("line 1: the quaternion has not the length 1"), std::string::npos);
+  EXPECT_NE(read("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n").find("line 2: times must ascend"), std::string::npos);
+  EXPECT_NE(read("#\n").find("has no poses"), std::string::npos);
+  ASSERT_EQ(read("5 1 2 3 0 0 0 1\n"), "1");
+  const glm::dmat4 pose = read_trajectory(path)->at(0.7);
+  EXPECT_EQ(pose[3], glm::dvec4(1, 2, 3, 1));
+  EXPECT_EQ(pose[2], glm::dvec4(0, 0, -1, 0));  // OpenCV's z is forward, glTF's backward
+}
+
 class Randomized : public ::testing::Test {
  protected:
   Randomized() {
@@ -219,8 +243,8 @@ TEST_F(Randomized, NodesMove) {
   EXPECT_EQ(names, (std::vector<std::string>{"nodes.a.move_m", "nodes.a.turn_deg", "nodes.a.scale",
                                              "nodes.a#2.move_m", "nodes.a#2.turn_deg", "nodes.a#2.scale",
                                              "nodes.lamp.turn_deg"}));
-  EXPECT_FLOAT_EQ(pose[3].x, static_cast<float>(drawn[0].second[0]));
-  EXPECT_NE(drawn[0].second[0], drawn[3].second[0]);
+  EXPECT_FLOAT_EQ(pose[3].x, static_cast<float>(drawn[0].second.numbers[0]));
+  EXPECT_NE(drawn[0].second.numbers[0], drawn[3].second.numbers[0]);
   // A frame is the same whatever was drawn before it.
   const state::UserEdits later = change(9);
   EXPECT_FALSE(later == edits);
@@ -290,8 +314,8 @@ TEST_F(Randomized, CamerasLookAtNodes) {
   const DrawnValues drawn = randomizer_->drawn();
   ASSERT_EQ(drawn[0].first, "cameras.front.look_at_offset_m");
   ASSERT_EQ(drawn[1].first, "cameras.front.distance_m");
-  EXPECT_NEAR(glm::distance(eye, target), drawn[1].second[0], 1e-5);
-  EXPECT_NEAR(eye.y - target.y, drawn[1].second[0] * 0.5, 1e-5);
+  EXPECT_NEAR(glm::distance(eye, target), drawn[1].second.numbers[0], 1e-5);
+  EXPECT_NEAR(eye.y - target.y, drawn[1].second.numbers[0] * 0.5, 1e-5);
   EXPECT_NEAR(glm::dot(glm::normalize(target - eye), -glm::vec3(camera.world_from_camera[2])), 1, 1e-6);
   // The right axis is level without roll.
   EXPECT_NEAR(camera.world_from_camera[0].y, std::sin(glm::radians(10.0)) * std::cos(glm::radians(30.0)),
