@@ -20,7 +20,7 @@ class AllListed final : public offline::FrameFormat {
   Result<offline::EncodedFrame> encode(const sinks::FrameImage&) override {
     return Error{"no image is written"};
   }
-  bool is_complete(const std::filesystem::path&, uint64_t, const nlohmann::json&) const override {
+  bool is_complete(const std::filesystem::path&, uint64_t, const nlohmann::json&, bool) const override {
     return true;
   }
   Result<offline::EncodedFrame> load(const std::filesystem::path&, uint64_t, const std::string&,
