@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Makes the needle data set: the scene, a recording of sequences to train with and one of unseen sequences, and both as
-BOP data sets. What follows -- goes to fire3dv dataset, such as --ray-effects ao,reflections."""
+labelled data sets. What follows -- goes to fire3dv dataset, such as --ray-effects ao,reflections."""
 import argparse
 import json
 import os
@@ -16,7 +16,7 @@ from example_common import count, expect, run, size, whole
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 #: Light from the lamps and the walls of the cavity alone, and a fixed exposure.
-DRAWING = ("--environment-sun", "off", "--environment-intensity", "0.75", "--exposure", "1", "--bloom", "0.03", "--depth-scale", "0.01")
+DRAWING = ("--environment-sun", "off", "--environment-intensity", "0.75", "--exposure", "1", "--bloom", "0.03")
 
 
 def call(*words):
@@ -67,17 +67,21 @@ def in_shards(command, out, shards):
 
 
 def draw(options, name):
+    """Draws a set, unless it is complete. Returns the number of its images that this has drawn or completed."""
     path = [os.path.join(options.out, file) for file in (f"{name}.mcap", "needle.glb", "cavity.hdr", name)]
     if os.path.exists(os.path.join(path[3], "index.html")):
-        return  # it is written last
+        print(f"{path[3]} is there already")  # its page is written last
+        return 0
     labelled = [scene.NEEDLE, scene.THREAD, *(part for each in scene.INSTRUMENTS for part in scene.parts(each))]
-    command = [os.path.join(options.bin, "fire3dv"), "dataset", *path[:2], "--format", "bop", "--environment", path[2], *DRAWING,
+    scale = ("--depth-scale", "0.01") if options.format in ("bop", "webdataset") else ()  # a hundredth of a millimetre: to 0.65 m
+    command = [os.path.join(options.bin, "fire3dv"), "dataset", *path[:2], "--format", options.format, *scale, "--environment", path[2], *DRAWING,
                "--size", "{}x{}".format(*options.size), *(word for view in scene.views(options.views) for word in ("--camera", view)),
                *(word for node in labelled for word in ("--object", node)), *options.further]
     if options.shards > 1:
         in_shards(command, path[3], options.shards)
     else:
         call(*command, "--out", path[3])
+    return (options.sequences if name == "train" else options.test_sequences) * options.frames * options.views
 
 
 def main():
@@ -89,6 +93,7 @@ def main():
     parser.add_argument("--test-sequences", type=count, default=10, help="unseen ones (default: %(default)s)")
     parser.add_argument("--frames", type=count, default=30, help="of each sequence, each drawn from all views (default: %(default)s)")
     parser.add_argument("--size", type=size, default="640x480")
+    parser.add_argument("--format", default="bop", help="of fire3dv dataset; train.py reads %(default)s (default: %(default)s)")
     parser.add_argument("--texels", type=count, default=1024, help="side of the tissues' textures (default: %(default)s)")
     parser.add_argument("--cells", type=count, default=192, help="side of the tissues' grids (default: %(default)s)")
     parser.add_argument("--shards", type=count, default=1, help="processes that draw at once; a GPU serves several (default: %(default)s)")
@@ -97,9 +102,7 @@ def main():
     options = parser.parse_args()
     begin(options)
     started = time.monotonic()
-    for name in ("train", "test"):
-        draw(options, name)
-    images = (options.sequences + options.test_sequences) * options.frames * options.views
+    images = sum([draw(options, name) for name in ("train", "test")])
     print(f"{options.out}: {images} images, {60 * images / (time.monotonic() - started):.0f} a minute")
 
 
