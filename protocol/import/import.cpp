@@ -92,9 +92,9 @@ Result<ImportReport> Import::run(std::unique_ptr<record::Sink> sink) {
     report.warnings.insert(report.warnings.end(), texts.begin(), texts.end());
   report.fixed_frame = std::move(plan_.fixed_frame);
   report.nodes = std::move(plan_.nodes);
-  report.frames = recorder->frames();
-  report.first_ns = recorder->first_ns();
-  report.last_ns = recorder->last_ns();
+  report.frames = recorder->writer().frames();
+  report.first_ns = recorder->writer().first_ns();
+  report.last_ns = recorder->writer().last_ns();
   return report;
 }
 

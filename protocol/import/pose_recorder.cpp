@@ -6,13 +6,10 @@
 #include <utility>
 
 #include "base/text.h"
-#include "protocol/wire/encode.h"
 
 namespace fire3dv::imported {
 namespace {
 
-constexpr uint64_t kPeer = 1;
-constexpr uint64_t kEpoch = 1;                 // equal inputs give equal bytes
 constexpr int64_t kAheadNs = 1'000'000'000;    // a frame waits so long for transforms of later stamps
 constexpr int64_t kSilenceNs = 1'000'000'000;  // longer gaps are held, not interpolated
 constexpr uint64_t kMaxSamples = 1'000'000;    // that wait; bounds the memory of hostile files
@@ -25,8 +22,6 @@ std::string seconds(int64_t time_ns) {
 
 wire::StreamDescription describe(const Plan& plan) {
   wire::StreamDescription description;
-  description.adapter_name = "states";
-  description.epoch = kEpoch;
   description.world_from_stream = plan.world_from_stream;
   bool has_scale = false;
   for (const SceneNode& node : plan.nodes) {
@@ -43,13 +38,6 @@ wire::StreamDescription describe(const Plan& plan) {
 Result<PoseRecorder> PoseRecorder::open(const std::string& file, const Plan& plan,
                                         std::unique_ptr<record::Sink> sink) {
   PoseRecorder recorder(file, plan);
-  record::LogOptions options;
-  options.flush_ns = 0;
-  // std::function copies what it holds.
-  auto holder = std::make_shared<std::unique_ptr<record::Sink>>(std::move(sink));
-  recorder.log_ = std::make_unique<record::StreamLog>(
-      [holder](uint32_t) -> Result<std::unique_ptr<record::Sink>> { return std::move(*holder); },
-      [](record::Writer&, uint64_t) -> Result<void> { return {}; }, options);
   // Before its first transform a frame has this one.
   for (const SeenFrame& frame : plan.frames) {
     TransformSample first = frame.first;
@@ -64,13 +52,11 @@ Result<PoseRecorder> PoseRecorder::open(const std::string& file, const Plan& pla
   const frames::Transform stream_from_world = inverse(frames::transform_of(world_from_stream.m));
   for (const SceneNode& node : plan.nodes)
     recorder.poses_.push_back({matrix_of(stream_from_world * frames::transform_of(node.world_from_body))});
-  if (Result<void> taken = recorder.take(wire::encode(describe(plan)), plan.first_ns); !taken)
-    return taken.error();
+  Result<StreamWriter> writer =
+      StreamWriter::open(std::move(sink), describe(plan), plan.first_ns - kTimeOffsetNs);
+  if (!writer) return writer.error();
+  recorder.writer_.emplace(std::move(*writer));
   return recorder;
-}
-
-Result<void> PoseRecorder::take(std::span<const std::byte> message, int64_t time_ns) {
-  return log_->take(kPeer, message, static_cast<uint64_t>(time_ns - kTimeOffsetNs));
 }
 
 bool PoseRecorder::insert(const TransformSample& sample, bool is_static) {
@@ -129,25 +115,16 @@ Result<void> PoseRecorder::write_frame(int64_t time_ns) {
                    " lead back to itself: record without the publisher that is wrong"};
     }
   }
-  wire::PoseFrameView frame;
-  frame.header = {.epoch = kEpoch,
-                  .sequence = ++sequence_,
-                  .sim_time_ns = time_ns - kTimeOffsetNs,
-                  .publish_time_ns = static_cast<uint64_t>(time_ns - kTimeOffsetNs)};
-  frame.node_count = static_cast<uint32_t>(poses_.size());
-  frame.poses = poses_;
-  if (Result<void> taken = take(wire::encode(frame), time_ns); !taken) return taken;
-  if (!first_ns_) first_ns_ = time_ns;
+  if (Result<void> written = writer_->write(time_ns - kTimeOffsetNs, poses_); !written) return written;
   last_ns_ = time_ns;
   buffer_.set_oldest_time(time_ns);
   return {};
 }
 
 Result<void> PoseRecorder::finish() {
-  if (sequence_ == 0 && due_.empty()) due_.insert(newest_ns_);  // nothing moves
+  if (writer_->frames() == 0 && due_.empty()) due_.insert(newest_ns_);  // nothing moves
   if (Result<void> written = write_before(newest_ns_ + 1); !written) return written;
-  if (Result<void> taken = take(wire::encode(wire::Goodbye{kEpoch}), last_ns_); !taken) return taken;
-  return log_->finish();
+  return writer_->finish();
 }
 
 }  // namespace fire3dv::imported

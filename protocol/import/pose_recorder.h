@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -15,7 +14,7 @@
 #include "protocol/frames/frame_tree.h"
 #include "protocol/import/batches.h"
 #include "protocol/import/plan.h"
-#include "protocol/record/stream_log.h"
+#include "protocol/import/stream_writer.h"
 #include "protocol/wire/affine.h"
 
 namespace fire3dv::imported {
@@ -31,9 +30,7 @@ class PoseRecorder {
   // Writes the last frames and finishes the file.
   Result<void> finish();
 
-  uint64_t frames() const { return sequence_; }
-  int64_t first_ns() const { return *first_ns_ - kTimeOffsetNs; }
-  int64_t last_ns() const { return last_ns_ - kTimeOffsetNs; }
+  const StreamWriter& writer() const { return *writer_; }
 
  private:
   PoseRecorder(const std::string& file, const Plan& plan) : file_(file), plan_(&plan) {}
@@ -42,11 +39,10 @@ class PoseRecorder {
   bool insert(const TransformSample& sample, bool is_static);
   Result<void> write_before(int64_t time_ns);
   Result<void> write_frame(int64_t time_ns);
-  Result<void> take(std::span<const std::byte> message, int64_t time_ns);
 
   std::string file_;
   const Plan* plan_;
-  std::unique_ptr<record::StreamLog> log_;
+  std::optional<StreamWriter> writer_;
   frames::FrameBuffer buffer_;
   frames::FrameTree tree_;
   frames::FrameId fixed_ = frames::kNoFrame;
@@ -54,8 +50,7 @@ class PoseRecorder {
   std::vector<wire::Affine3x4> poses_;
   std::set<int64_t> due_;  // times of frames that wait for later transforms
   int64_t newest_ns_ = 0, last_ns_ = 0;
-  std::optional<int64_t> first_ns_;
-  uint64_t sequence_ = 0, inserted_ = 0;
+  uint64_t inserted_ = 0;
 };
 
 }  // namespace fire3dv::imported

@@ -42,8 +42,8 @@ std::string formats_text() {
 }  // namespace
 
 std::string command_text(const char* command, int argc, char** argv) {
-  constexpr std::array kTexts{"--format",  "--camera", "--object", "--clock",
-                              "--license", "--up",     "--prefix", "--fixed-frame"};
+  constexpr std::array kTexts{"--format", "--camera", "--object",      "--clock", "--license",
+                              "--up",     "--prefix", "--fixed-frame", "--demo"};
   std::string text = std::string("fire3dv ") + command;
   const std::vector<std::string> words =
       offline::without_machine_options(std::vector<std::string>(argv + 2, argv + argc));

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -21,6 +22,8 @@
 #include "renderer/dataset/labels/description.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/offline/offline_loop.h"
+#include "renderer/relabel/demonstration.h"
+#include "renderer/relabel/hdf5/hdf5_table.h"
 #include "renderer/relabel/scene_nodes.h"
 
 namespace fire3dv::relabel {
@@ -50,9 +53,12 @@ void log_report(const RelabelOptions& options, const scene::Scene& scene,
     log_message(counted(resting.size(), "node") + " without states " +
                 (resting.size() == 1 ? "stays" : "stay") + " where the scene has " +
                 (resting.size() == 1 ? "it: " : "them: ") + dataset::list_names(resting));
+  const std::string origin = report.fixed_frame.empty()
+                                 ? ""
+                                 : "; frame " + quote(report.fixed_frame) + " is the scene's origin, " +
+                                       (options.is_z_up ? "Z up" : "Y up");
   log_message(counted(report.frames, "frame") + " of " + counted(report.nodes.size(), "node") + ", from " +
-              seconds(report.first_ns) + " to " + seconds(report.last_ns) + "; frame " +
-              quote(report.fixed_frame) + " is the scene's origin, " + (options.is_z_up ? "Z" : "Y") + " up");
+              seconds(report.first_ns) + " to " + seconds(report.last_ns) + origin);
 }
 
 class Relabel {
@@ -69,8 +75,13 @@ class Relabel {
 };
 
 Result<void> Relabel::write(const std::filesystem::path& to) {
-  auto messages = imported::open_messages(options_.states);
-  if (!messages) return messages.error();
+  const bool is_demonstration = is_hdf5_file(options_.states);
+  std::unique_ptr<imported::MessageSource> messages;
+  if (!is_demonstration) {
+    auto opened = imported::open_messages(options_.states);
+    if (!opened) return opened.error();
+    messages = std::move(*opened);
+  }
   const app::CacheLocations caches =
       app::find_cache_locations(options_.drawing.cache, [](const char* name) { return std::getenv(name); });
   auto opened =
@@ -80,33 +91,42 @@ Result<void> Relabel::write(const std::filesystem::path& to) {
   auto loaded = load.wait();
   if (!loaded) return loaded.error();
   const scene::Scene& scene = (*loaded)->scene;
-  auto robot = robot::find_robot(load.gltf_file(), true);
+  auto robot = robot::find_robot(load.gltf_file(), !is_demonstration);
   if (!robot) {
     log_message(warning(robot.error().message + "; joint states cannot move it"));
     robot = std::optional<robot::Robot>();
   }
   const state::NodeNames names(scene);
-  imported::ImportOptions import;
-  import.frame_prefix = options_.prefix;
-  import.fixed_frame = options_.fixed_frame;
-  import.is_z_up = options_.is_z_up;
-  import.find_node = [&](std::string_view name) { return find_node(scene, names, name);
-};
-import.robot = *robot ? &**robot : nullptr;
-Progress progress("fire3dv", "reading " + printable_text(options_.states.string(), 200) + ":");
-import.on_progress = [&](double done) { constexpr uint64_t kTotal = 1000;
-progress.update("", static_cast<uint64_t>(std::llround(done* double{kTotal})), kTotal);
-return !app::stop_was_requested();
-};  // namespace
-auto sink = record::create_atomic_sink(to.string());
-if (!sink) return sink.error();
-auto report = imported::import_states(**messages, import, std::move(*sink));
-if (!report) return report.error();
-log_report(options_, scene, *report);
-load.begin_caching();
-if (const auto fault = load.finish_caching()) log_message(warning(fault->message));
-return {};
-}  // namespace fire3dv::relabel
+  imported::ImportOptions choices;
+  choices.frame_prefix = options_.prefix;
+  choices.fixed_frame = options_.fixed_frame;
+  choices.is_z_up = options_.is_z_up;
+  choices.find_node = [&](std::string_view name) { return find_node(scene, names, name); };
+  choices.robot = *robot ? &**robot : nullptr;
+  Progress progress("fire3dv", "reading " + printable_text(options_.states.string(), 200) + ":");
+  choices.on_progress = [&](double done) {
+    constexpr uint64_t kTotal = 1000;
+    progress.update("", static_cast<uint64_t>(std::llround(done * double{kTotal})), kTotal);
+    return !app::stop_was_requested();
+  };
+  if (is_demonstration && !choices.robot)
+    return Error{quote(options_.drawing.scene.string()) +
+                 " has no joints: name the model.xml of the demonstration as the scene"};
+  auto sink = record::create_atomic_sink(to.string());
+  if (!sink) return sink.error();
+  auto report = is_demonstration ? import_demonstration(options_.states, options_.demo, *choices.robot,
+                                                        choices.on_progress, std::move(*sink))
+                                 : imported::import_states(*messages, choices, std::move(*sink));
+  if (!report) return report.error();
+  if (is_demonstration) {
+    for (const std::string& name : choices.robot->node_names())
+      if (auto node = choices.find_node(name)) report->nodes.push_back(std::move(*node));
+  }
+  log_report(options_, scene, *report);
+  load.begin_caching();
+  if (const auto fault = load.finish_caching()) log_message(warning(fault->message));
+  return {};
+}
 
 Result<void> Relabel::import_states() {
   constexpr uint64_t kMaxBytes = uint64_t{1} << 50;

@@ -13,7 +13,7 @@ namespace fire3dv::relabel {
 namespace {
 
 constexpr const char* kCommand = "relabel";
-constexpr std::array kWithValue{"--out", "--prefix", "--fixed-frame", "--up"};
+constexpr std::array kWithValue{"--out", "--prefix", "--fixed-frame", "--up", "--demo"};
 constexpr std::array kFlags{"--help", "-h"};
 
 // Folder "set/" has its recording beside it: "set.mcap".
@@ -40,6 +40,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
   group.add("--out", out, "DIR|FILE.mcap", "data set, with its recording DIR.mcap; or a recording alone");
   group.add("--prefix", options.prefix, "TEXT", "beginning of the names of frames that nodes lack");
   group.add("--fixed-frame", options.fixed_frame, "FRAME", "frame at the scene's origin (see manual)");
+  group.add("--demo", options.demo, "NAME", "demonstration of an HDF5 file, such as demo_0");
   group.add_choice("--up", up, "z|y", "axis of the fixed frame that points up");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   try {

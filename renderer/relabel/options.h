@@ -15,6 +15,7 @@ struct RelabelOptions {
   std::filesystem::path states;     // recording of another program
   std::filesystem::path recording;  // written by the import
   std::string prefix, fixed_frame;
+  std::string demo;  // of an HDF5 file; empty: the only one
   bool is_z_up = true;
   app::Options drawing;                            // with the scene
   std::optional<dataset::DatasetOptions> dataset;  // nothing: the recording alone is written

@@ -1,5 +1,5 @@
 // Function table of the HDF5 library, loaded at run time when a file is made: few runs need it, and it loads
-// libraries for network storage. Only hdf5_file.cpp includes this header.
+// libraries for network storage. Only sources that read or write such files include this header.
 #pragma once
 
 #include <hdf5.h>
@@ -17,6 +17,8 @@ namespace fire3dv::dataset {
   X(H5Fclose)                     \
   X(H5Fflush)                     \
   X(H5Fget_file_image)            \
+  X(H5Gget_info_by_name)          \
+  X(H5Lget_name_by_idx)           \
   X(H5Pcreate)                    \
   X(H5Pclose)                     \
   X(H5Pset_fapl_core)             \
@@ -29,11 +31,14 @@ namespace fire3dv::dataset {
   X(H5Pset_virtual)               \
   X(H5Pset_elink_cb)              \
   X(H5Pget_layout)                \
+  X(H5Pget_chunk)                 \
   X(H5Pget_external_count)        \
   X(H5Screate)                    \
   X(H5Screate_simple)             \
   X(H5Sselect_hyperslab)          \
   X(H5Sget_simple_extent_npoints) \
+  X(H5Sget_simple_extent_ndims)   \
+  X(H5Sget_simple_extent_dims)    \
   X(H5Sclose)                     \
   X(H5Tcopy)                      \
   X(H5Tset_size)                  \
