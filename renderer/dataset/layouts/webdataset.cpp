@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 constexpr const char* kLooseFolder = "images";
 constexpr const char* kListName = "shards.json";
 constexpr uint64_t kMaxListBytes = 1 << 26;
+constexpr uint64_t kMaxLooseBytes = uint64_t{2} << 30;  // of a file of an image
 
 std::string shard_name(uint64_t shard) {
   return "shard-" + six_digits(shard) + ".tar";
