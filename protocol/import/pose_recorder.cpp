@@ -45,9 +45,7 @@ Result<PoseRecorder> PoseRecorder::open(const std::string& file, const Plan& pla
     (void)recorder.insert(first, frame.is_static);
   }
   recorder.newest_ns_ = plan.first_ns;
-  recorder.fixed_ = recorder.buffer_.find(plan.fixed_frame);
-  for (const std::string& name : plan.frame_of_node)
-    recorder.frame_of_node_.push_back(recorder.buffer_.find(name));
+  recorder.frame_of_node_.assign(plan.nodes.size(), frames::kNoFrame);
   const wire::Affine3x4d& world_from_stream = plan.world_from_stream;
   const frames::Transform stream_from_world = inverse(frames::transform_of(world_from_stream.m));
   for (const SceneNode& node : plan.nodes)
@@ -104,8 +102,15 @@ Result<void> PoseRecorder::write_before(int64_t time_ns) {
 }
 
 Result<void> PoseRecorder::write_frame(int64_t time_ns) {
-  tree_.begin(buffer_, fixed_, time_ns);
-  for (size_t i = 0; i < poses_.size(); ++i) {
+  // A frame may appear later: as the second parent of another one.
+  const auto find = [this](frames::FrameId& id, const std::string& name) {
+    if (id == frames::kNoFrame) id = buffer_.find(name);
+    return id != frames::kNoFrame;
+  };
+  const bool has_origin = find(fixed_, plan_->fixed_frame);
+  if (has_origin) tree_.begin(buffer_, fixed_, time_ns);
+  for (size_t i = 0; has_origin && i < poses_.size(); ++i) {
+    if (!find(frame_of_node_[i], plan_->frame_of_node[i])) continue;
     const frames::Transform* const pose = tree_.find(frame_of_node_[i]);
     if (pose) {
       poses_[i].m = matrix_of(*pose);

@@ -24,27 +24,31 @@ Result<StreamWriter> StreamWriter::open(std::unique_ptr<record::Sink> sink,
       [](record::Writer&, uint64_t) -> Result<void> { return {}; }, options);
   description.adapter_name = "states";
   description.epoch = kEpoch;
-  Result<void> taken = writer.log_->take(kPeer, wire::encode(description), static_cast<uint64_t>(time_ns));
-  if (!taken) return taken.error();
+  if (Result<void> taken = writer.take(wire::encode(description), time_ns); !taken) return taken.error();
   return writer;
 }
 
+Result<void> StreamWriter::take(std::span<const std::byte> message, int64_t time_ns) {
+  if (Result<void> taken = log_->take(kPeer, message, static_cast<uint64_t>(time_ns)); !taken) return taken;
+  if (log_->refused() == 0) return {};
+  return Error{"a pose is beyond 1e12, or a node's name is longer than 1024 bytes: recordings hold neither"};
+}
+
 Result<void> StreamWriter::write(int64_t time_ns, std::span<const wire::Affine3x4> poses) {
-  const auto log_time_ns = static_cast<uint64_t>(time_ns);
   wire::PoseFrameView frame;
-  frame.header = {
-      .epoch = kEpoch, .sequence = ++sequence_, .sim_time_ns = time_ns, .publish_time_ns = log_time_ns};
+  frame.header = {.epoch = kEpoch,
+                  .sequence = ++sequence_,
+                  .sim_time_ns = time_ns,
+                  .publish_time_ns = static_cast<uint64_t>(time_ns)};
   frame.node_count = static_cast<uint32_t>(poses.size());
   frame.poses = poses;
   if (sequence_ == 1) first_ns_ = time_ns;
   last_ns_ = time_ns;
-  return log_->take(kPeer, wire::encode(frame), log_time_ns);
+  return take(wire::encode(frame), time_ns);
 }
 
 Result<void> StreamWriter::finish() {
-  Result<void> taken =
-      log_->take(kPeer, wire::encode(wire::Goodbye{kEpoch}), static_cast<uint64_t>(last_ns_));
-  if (!taken) return taken;
+  if (Result<void> taken = take(wire::encode(wire::Goodbye{kEpoch}), last_ns_); !taken) return taken;
   return log_->finish();
 }
 

@@ -1,6 +1,7 @@
 // Writer of a recording of one stream: description, whole frames, and goodbye. Equal calls give equal bytes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -19,7 +20,7 @@ class StreamWriter {
   static Result<StreamWriter> open(std::unique_ptr<record::Sink> sink, wire::StreamDescription description,
                                    int64_t time_ns);
 
-  // Times rise and are not negative. poses: one for each node.
+  // Times rise and are not negative. poses: one for each node. Fails for elements beyond 1e12.
   Result<void> write(int64_t time_ns, std::span<const wire::Affine3x4> poses);
   Result<void> finish();
 
@@ -28,6 +29,8 @@ class StreamWriter {
   int64_t last_ns() const { return last_ns_; }
 
  private:
+  Result<void> take(std::span<const std::byte> message, int64_t time_ns);
+
   std::unique_ptr<record::StreamLog> log_;
   uint64_t sequence_ = 0;
   int64_t first_ns_ = 0, last_ns_ = 0;

@@ -167,6 +167,19 @@ TEST(Import, OtherParentFromATimeOn) {
             (Xs{{1000, {0, 5}}, {1100, {1, 5}}, {1200, {2, 7}}, {1300, {3, 8}}}));
 }
 
+TEST(Import, OriginThatAppearsLater) {
+  Made made;
+  made.add(1000, "start", "a", 1);
+  made.add(1100, "late", "a", 2);
+  made.add(1200, "late", "a", 3);
+  made.add(1200, "late", "b", 4);
+  EXPECT_EQ(import_nodes(made, {"a", "b"}, "late").xs, (Xs{{1000, {0, 4}}, {1100, {2, 4}}, {1200, {3, 4}}}));
+  Made alone;  // nothing has the origin at first
+  alone.add(1000, "start", "a", 1);
+  alone.add(1100, "late", "a", 2);
+  EXPECT_EQ(import_nodes(alone, {"a"}, "late").xs, (Xs{{1000, {0}}, {1100, {2}}}));
+}
+
 TEST(Import, ZeroIsATimeWhereOthersAreStamped) {
   Made made;
   for (uint64_t i = 0; i < 3; ++i) made.add(100 * i, "map", "a", static_cast<double>(i));
