@@ -29,6 +29,15 @@ gpu::Buffer table(gpu::Device& device, VkDeviceSize bytes) {
   return gpu::create_buffer(device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
 }
 
+uint64_t max_buffer_bytes(const gpu::Device& device) {
+  VkPhysicalDeviceMaintenance3Properties memory{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
+  VkPhysicalDeviceMaintenance4Properties buffers{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES,
+                                                 &memory};
+  VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &buffers, {}};
+  vkGetPhysicalDeviceProperties2(device.physical(), &properties);
+  return std::min(buffers.maxBufferSize, memory.maxMemoryAllocationSize);
+}
+
 }  // namespace
 
 ShadowPass::ShadowPass(gpu::Device& device, VkPipelineLayout layout, uint32_t samples,
@@ -120,8 +129,9 @@ ShadowLimits ShadowPass::shadow_limits() const {
   limits.max_views =
       std::min<uint64_t>(limits.max_views, device.maxComputeWorkGroupCount[2] /
                                                std::min(state_.worlds, device.maxImageDimension2D));
-  // Shaders index texels with 32 bits.
-  const uint64_t all_texels = std::min<uint64_t>(UINT32_MAX, memory / kMapShare / sizeof(uint32_t));
+  // All maps are in one buffer. Shaders index texels with 32 bits.
+  const uint64_t map_bytes = std::min(memory / kMapShare, max_buffer_bytes(device_));
+  const uint64_t all_texels = std::min<uint64_t>(UINT32_MAX, map_bytes / sizeof(uint32_t));
   if (state_.worlds > 1) limits.max_texels = std::max(limits.max_texels, all_texels) / state_.worlds;
   limits.max_fitted_texels = std::min(limits.max_fitted_texels, all_texels / state_.worlds);
   if (!targets_ || technique_.method != settings::ShadowMethod::ray) return limits;
@@ -133,6 +143,12 @@ ShadowLimits ShadowPass::shadow_limits() const {
       std::min(memory / kMaskShare / word_bytes, UINT32_MAX / std::max<uint64_t>(pixels, 1));
   limits.max_mask_words = static_cast<uint32_t>(std::clamp<uint64_t>(most, 1, UINT32_MAX));
   return limits;
+}
+
+ShadowPlan ShadowPass::make_plan(const std::vector<scene::PlacedLight>& lights,
+                                 const ShadowLimits& limits) const {
+  return plan_shadows(lights, samples_, technique_.method == settings::ShadowMethod::ray, map_sizes(),
+                      limits);
 }
 
 void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight>& lights) {
@@ -147,11 +163,26 @@ void ShadowPass::set_lights_or_drop_shadows(const std::vector<scene::PlacedLight
   set_lights(lights, none);
 }
 
+// Without memory for the maps, they shrink.
+gpu::Buffer ShadowPass::create_maps(ShadowPlan& plan, const std::vector<scene::PlacedLight>& lights,
+                                    ShadowLimits limits) const {
+  for (;;) {
+    try {
+      return table(device_, state_.worlds * plan.texels * sizeof(uint32_t));
+    } catch (const gpu::VulkanFailure& failure) {
+      if (!gpu::is_out_of_memory(failure)) throw;
+      limits.max_fitted_texels = plan.texels / 2;
+      ShadowPlan smaller = make_plan(lights, limits);
+      if (smaller.texels == plan.texels) throw;
+      plan = std::move(smaller);
+    }
+  }
+}
+
 // Creates new buffers, since frames in flight read the old ones. Maps are reused if large enough: the next
 // frame draws them behind a barrier.
 void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits) {
-  ShadowPlan plan =
-      plan_shadows(lights, samples_, technique_.method == settings::ShadowMethod::ray, map_sizes(), limits);
+  ShadowPlan plan = make_plan(lights, limits);
   if (state_.light_shadows && plan == state_.plan) {
     state_.lights = lights;
     state_.light_count = static_cast<uint32_t>(lights.size());
@@ -161,10 +192,11 @@ void ShadowPass::set_lights(const std::vector<scene::PlacedLight>& lights, const
   const bool traces = technique_.method == settings::ShadowMethod::ray && !lights.empty();
   if (traces && !can_test_maps_while_shading(plan) && !pipelines_.classify) make_classify();
   const uint32_t view_count = state_.needs_maps ? static_cast<uint32_t>(plan.views.size()) : 0;
-  gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
-              view_requests = table(device_, plan.views.size() * sizeof(plan.views[0])), maps;
+  gpu::Buffer maps;
   const VkDeviceSize map_bytes = state_.worlds * plan.texels * sizeof(uint32_t);
-  if (view_count && state_.maps.buffer.size_bytes < map_bytes) maps = table(device_, map_bytes);
+  if (view_count && state_.maps.buffer.size_bytes < map_bytes) maps = create_maps(plan, lights, limits);
+  gpu::Buffer light_shadows = table(device_, plan.shadows.size() * sizeof(plan.shadows[0])),
+              view_requests = table(device_, plan.views.size() * sizeof(plan.views[0]));
   ViewsLayout views = layout_views(view_count, state_.planar_caster_count);
   allocate_mask(plan);
   // No call below fails.

@@ -108,6 +108,9 @@ class ShadowPass {
   MapSizes map_sizes() const;
   ShadowLimits shadow_limits() const;
   VkDeviceSize map_bytes(size_t sets) const { return sets * state_.plan.texels * sizeof(uint32_t); }
+  ShadowPlan make_plan(const std::vector<scene::PlacedLight>& lights, const ShadowLimits& limits) const;
+  gpu::Buffer create_maps(ShadowPlan& plan, const std::vector<scene::PlacedLight>& lights,
+                          ShadowLimits limits) const;
   void allocate_mask(const ShadowPlan& plan);
   gpu_types::ShadowPush push(const Visibility& visibility, VkDeviceAddress globals) const;
   void trace(gpu::Recorder& recorder, GpuScene& scene, const Visibility& visibility, VkDeviceAddress globals,
