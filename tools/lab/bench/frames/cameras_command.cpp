@@ -201,8 +201,22 @@ struct Bench {
         frames(on),
         readback(on),
         poses(of, options.worlds) {
-    renderer.set_scene(scene, options.worlds);
     if (options.passes) frames.time(gpu::Timed::passes);
+  }
+
+  // Returns an error with the number of worlds that fit, if these do not.
+  Result<void> set_worlds(uint32_t worlds) {
+    for (uint32_t fitting = worlds; fitting > 0; fitting /= 2) {
+      try {
+        renderer.set_scene(scene, fitting);
+        if (fitting == worlds) return {};
+        return Error{"--worlds " + std::to_string(worlds) + ": the device has no memory for so many: take " +
+                     std::to_string(fitting) + " or fewer"};
+      } catch (const gpu::VulkanFailure& failure) {
+        if (!gpu::is_out_of_memory(failure)) throw;
+      }
+    }
+    return Error{"the device has no memory for the scene: take one with fewer triangles"};
   }
 
   // is_first: of a round, whose later submissions show the same poses.
@@ -308,6 +322,7 @@ Result<void> measure_all(const CamerasOptions& options) {
   if (!open) return open.error();
   {
     Bench bench(*open->device, *scene, options, *outputs);
+    if (Result<void> fits = bench.set_worlds(options.worlds); !fits) return fits;
     if (options.worlds > 1 && bench.poses.bodies() == 0)
       return Error{"--worlds: no node of the scene has a mesh, so that its worlds would be alike"};
     std::printf(
