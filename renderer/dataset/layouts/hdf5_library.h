@@ -23,6 +23,7 @@ namespace fire3dv::dataset {
   X(H5Pclose)                     \
   X(H5Pset_fapl_core)             \
   X(H5Pset_file_image)            \
+  X(H5Pset_file_locking)          \
   X(H5Pset_obj_track_times)       \
   X(H5Pset_chunk)                 \
   X(H5Pset_shuffle)               \

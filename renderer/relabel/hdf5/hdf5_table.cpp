@@ -48,7 +48,11 @@ Result<const Hdf5Library*> load() {
 }
 
 Result<Handle> open_file(const Hdf5Library& hdf5, const std::filesystem::path& file) {
-  Handle opened(hdf5.H5Fopen(file.c_str(), kReadOnly, H5P_DEFAULT), hdf5.H5Fclose);
+  // Without a lock, which some file systems refuse.
+  const Handle access(hdf5.H5Pcreate(hdf5.H5P_CLS_FILE_ACCESS_ID_g), hdf5.H5Pclose);
+  if (hdf5.H5Pset_file_locking(access.get(), false, true) < 0)
+    return Error{"the HDF5 library has no settings"};
+  Handle opened(hdf5.H5Fopen(file.c_str(), kReadOnly, access.get()), hdf5.H5Fclose);
   if (!opened.is_open()) return Error{quote(file.string()) + " cannot be read as HDF5: it is damaged"};
   return opened;
 }
