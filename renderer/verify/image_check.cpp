@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/plural.h"
+#include "renderer/sinks/png.h"
 #include "renderer/verify/file_difference.h"
 
 namespace fire3dv::verify {
@@ -34,7 +35,8 @@ ImageCheck::ImageCheck(std::string name, sinks::FrameImage stored, sinks::RunPro
     : name_(std::move(name)), stored_(std::move(stored)), provenance_(std::move(provenance)), image_(image) {}
 
 Result<bool> ImageCheck::begin(const offline::Manifest& manifest, const sinks::RunProvenance& provenance,
-                               std::shared_ptr<offline::FrameFormat>) {
+                               std::shared_ptr<offline::FrameFormat> format) {
+  format_ = std::move(format);
   if (const auto difference = run_difference(provenance_, provenance, provenance_.command == "fire3dv")) {
     outcome_.differences.push_back(name_ + ": " + *difference);
     return false;
@@ -47,6 +49,16 @@ Result<bool> ImageCheck::begin(const offline::Manifest& manifest, const sinks::R
   return true;
 }
 
+// The colours as a data set stores them, with its noise.
+Result<std::optional<std::string>> ImageCheck::find_difference(const sinks::FrameImage& drawn) {
+  if (!format_) return pixel_difference(stored_, drawn);
+  const auto encoded = format_->encode(drawn);
+  if (!encoded) return encoded.error();
+  const auto colors = sinks::decode_png(encoded->files.front().bytes);
+  if (!colors) return colors.error();
+  return pixel_difference(stored_, colors->image);
+}
+
 bool ImageCheck::is_wanted(uint64_t image) const {
   return !image_ || *image_ == image;
 }
@@ -54,8 +66,10 @@ bool ImageCheck::is_wanted(uint64_t image) const {
 Result<void> ImageCheck::consume(sinks::FrameImage&& image) {
   if (drawn_provenance_ || (!image_ && !shows_same_frames(stored_, image))) return {};
   drawn_provenance_ = image.run_provenance;
-  if (auto difference = pixel_difference(stored_, image))
-    outcome_.differences.push_back(name_ + ": " + *difference);
+  const auto difference = find_difference(image);
+  if (!difference) return difference.error();
+  if (*difference)
+    outcome_.differences.push_back(name_ + ": " + **difference);
   else
     ++outcome_.identical;
   return {};

@@ -42,10 +42,13 @@ class ImageCheck final : public offline::ImageConsumer {
   const std::shared_ptr<const std::string>& drawn_provenance() const { return drawn_provenance_; }
 
  private:
+  Result<std::optional<std::string>> find_difference(const sinks::FrameImage& drawn);
+
   const std::string name_;
   const sinks::FrameImage stored_;
   const sinks::RunProvenance provenance_;
   const std::optional<uint64_t> image_;
+  std::shared_ptr<offline::FrameFormat> format_;  // of a data set; else null
   Outcome outcome_;
   std::shared_ptr<const std::string> drawn_provenance_;
 };

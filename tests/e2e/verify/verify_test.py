@@ -7,6 +7,9 @@ import signal
 import struct
 import zlib
 
+import numpy as np
+
+from dataset_randomize_test import ball_scene
 from dataset_runs import RUN, join, recording, run, scene_of, start
 from harness import Program, check, main, vulkan_environment, wait_until
 from label_scene import SIZE
@@ -206,6 +209,57 @@ def data_sets_are_identical(test):
     check("recording is " in said, said)
 
 
+RANDOMIZED = """
+cameras:
+  front: {azimuth_deg: [-60, 60], look_at: ball, distance_m: [40, 90], noise: 4}
+nodes:
+  ball: {move_m: [[-50, 50], [-20, 20], 0]}
+materials:
+  ball: {base_color: {choice: [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1]]}}
+background: {color: [[0, 1], [0, 1], [0, 1]]}
+"""
+
+
+def formats_are_identical(test):
+    """Archives, arrays with flow, and randomised images with noise."""
+    inputs, short = [recording(test), scene_of(test)], ("--rate", 20, "--end", 0.15, "--camera", "front")
+    tar = test.path("tar")
+    run(test, tar, "--format", "webdataset", "--tar-size", 0.1, *short)
+    check(not os.path.exists(os.path.join(tar, "images")), "the images are not packed")
+    said = verify(test, tar, *inputs)
+    check(said.startswith("identical: 4 images"), said)
+    archive = os.path.join(tar, "shard-000000.tar")
+    with open(archive, "r+b") as file:
+        data = file.read()
+        at = data.index(b'"cam_K"')
+        file.seek(at)
+        file.write(b'"cam_L"')
+    said = verify(test, tar, *inputs, code=DIFFERENT)
+    check("000000.json: line 1 is" in said and "3 images of 4 identical" in said, said)
+    arrays = test.path("arrays")
+    run(test, arrays, "--format", "folder", "--flow-frames", 1, *short)
+    said = verify(test, arrays, *inputs)
+    check(said.startswith("identical: 4 images"), said)
+    depth = np.load(os.path.join(arrays, "00_front", "000002.depth.npy"))
+    depth[40, 80] = 2.5
+    np.save(os.path.join(arrays, "00_front", "000002.depth.npy"), depth)
+    said = verify(test, arrays, *inputs, code=DIFFERENT)
+    check("000002.depth.npy: pixel (80, 40) is 2.5 in the file and " in said, said)
+    # The file of ranges is named again; its digest is compared.
+    plan, drawn, ball = test.path("ranges.yaml"), test.path("drawn"), ball_scene(test)
+    with open(plan, "w", encoding="utf-8") as file:
+        file.write(RANDOMIZED)
+    run(test, drawn, "--format", "bop", "--randomize", plan, "--seed", 5, "--images", 4, "--camera", "front", inputs=[ball])
+    said = verify(test, drawn, ball, "--randomize", plan)
+    check(said.startswith("identical: 4 images"), said)
+    image = os.path.join(drawn, "train", "000000", "rgb", "000003.png")
+    check(verify(test, image, ball, "--randomize", plan).startswith("identical"), "one randomised image")
+    with open(plan, "a", encoding="utf-8") as file:
+        file.write("# another file\n")
+    said = verify(test, drawn, ball, "--randomize", plan, code=DIFFERENT)
+    check("randomization is " in said, said)
+
+
 def frames_of_recordings_are_identical(test):
     folder = test.path("frames")
     execute(test, "render", "render", recording(test), scene_of(test), "--fps", 10, "--end", 0.3, "--out", folder, "--exposure=2", *SHARED)
@@ -219,4 +273,4 @@ def frames_of_recordings_are_identical(test):
 
 if __name__ == "__main__":
     main({"live": images_of_live_runs_are_identical, "changes": each_change_is_named, "hostile": hostile_texts_open_nothing,
-          "datasets": data_sets_are_identical, "frames": frames_of_recordings_are_identical}, ("fire3dv", "make"))
+          "datasets": data_sets_are_identical, "formats": formats_are_identical, "frames": frames_of_recordings_are_identical}, ("fire3dv", "make"))
