@@ -18,6 +18,7 @@
 #include "renderer/verify/image_check.h"
 #include "renderer/verify/run_words.h"
 #include "renderer/verify/set_check.h"
+#include "renderer/verify/video_check.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -77,8 +78,19 @@ int report(const Outcome& outcome, const Report& report, int drawn_code) {
   return exit_code;
 }
 
-// Runs the command that drew the images. words: after the program's name.
-int draw(const std::string& program, std::vector<std::string> words, offline::ImageConsumer& consumer) {
+sinks::VideoSettings encoder_of(const offline::RenderOptions& options) {
+  sinks::VideoSettings settings;
+  settings.codec = options.video.codec;
+  settings.crf = options.video.crf;
+  settings.full_chroma = options.video.full_chroma;
+  settings.fps_numerator = options.rate->numerator;
+  settings.fps_denominator = options.rate->denominator;
+  return settings;
+}
+
+// Runs the command that drew the images. words: after the program's name. video: of a video; else null.
+int draw(const std::string& program, std::vector<std::string> words, offline::ImageConsumer& consumer,
+         VideoCheck* video = nullptr) {
   std::string name = program;
   std::vector<char*> arguments{name.data()};
   for (std::string& word : words) arguments.push_back(word.data());
@@ -90,6 +102,7 @@ int draw(const std::string& program, std::vector<std::string> words, offline::Im
   }
   auto options = offline::parse_render_options(count, arguments.data());
   if (const int* exit_code = std::get_if<int>(&options)) return *exit_code;
+  if (video) video->set_encoder(encoder_of(std::get<offline::RenderOptions>(options)));
   return offline::render(std::get<offline::RenderOptions>(options), nullptr, &consumer);
 }
 
@@ -175,7 +188,7 @@ int verify_image(const VerifyOptions& options) {
   const auto inputs =
       find_inputs(options, options.target.parent_path(), *provenance, is_live && !stored.shown.empty());
   if (!inputs) return report_unchecked(name + ": " + inputs.error().message);
-  auto words = words_of_run(*provenance, *inputs, options.words);
+  auto words = words_of_run(*provenance, *inputs, options.words, "verify");
   if (!words) return report_unchecked(name + ": " + words.error().message);
   ImageCheck check(name, stored, *provenance, number_in_run(stored, *provenance));
   const int code = is_live ? draw_live(options, stored, *inputs, std::move(*words), check)
@@ -184,6 +197,25 @@ int verify_image(const VerifyOptions& options) {
   if (code == 0 && !check.drawn_provenance() && outcome.differences.empty() && !outcome.unchecked)
     outcome.unchecked = name + ": the recording does not show the same frames of its streams at that time";
   return report(outcome, {name, 1, *provenance, check.drawn_provenance()}, code);
+}
+
+int verify_video(const VerifyOptions& options) {
+  const std::string name = options.target.string();
+  const auto comment = sinks::read_video_comment(options.target);
+  if (!comment) return report_unchecked(comment.error().message);
+  if (comment->empty()) return report_unchecked(name + " has no provenance: an earlier version drew it");
+  const auto provenance = sinks::decode_provenance(*comment);
+  if (!provenance) return report_unchecked(name + ": " + provenance.error().message);
+  if (provenance->command != "render")
+    return report_unchecked(name + ": its provenance is not of fire3dv render");
+  const auto inputs = find_inputs(options, options.target.parent_path(), *provenance, false);
+  if (!inputs) return report_unchecked(name + ": " + inputs.error().message);
+  auto words =
+      words_of_run(*provenance, *inputs, options.words, "verify" + options.target.extension().string());
+  if (!words) return report_unchecked(name + ": " + words.error().message);
+  VideoCheck check(options.target, *comment, *provenance);
+  const int code = draw(options.program, std::move(*words), check, &check);
+  return report(check.outcome(), {name, 1, *provenance, check.drawn_provenance()}, code);
 }
 
 int verify_folder(const VerifyOptions& options) {
@@ -203,7 +235,7 @@ int verify_folder(const VerifyOptions& options) {
     return report_unchecked((folder / offline::kManifestName).string() + " names no command");
   const auto inputs = find_inputs(options, folder, *provenance, false);
   if (!inputs) return report_unchecked(inputs.error().message);
-  auto words = words_of_run(*provenance, *inputs, options.words);
+  auto words = words_of_run(*provenance, *inputs, options.words, "verify");
   if (!words) return report_unchecked(folder.string() + ": " + words.error().message);
   SetCheck check(folder, **manifest, *provenance, options.sample);
   const int code = draw(options.program, std::move(*words), check);
@@ -220,7 +252,7 @@ int run(const VerifyOptions& options) {
   std::error_code fault;
   if (fs::is_directory(options.target, fault)) return verify_folder(options);
   if (options.sample) return offline::usage_error("verify", "--sample is for folders");
-  return verify_image(options);
+  return sinks::is_video_name(options.target) ? verify_video(options) : verify_image(options);
 }
 
 }  // namespace fire3dv::verify

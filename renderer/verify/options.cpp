@@ -22,7 +22,7 @@ std::variant<VerifyOptions, int> parse_verify_options(int argc, char** argv) {
   options.program = argv[0];
   CLI::App app{"Draws stored images again, and names the first difference."};
   app.name("fire3dv verify");
-  set_help(app, "IMAGE.png|DIR [RECORDING.mcap] [SCENE] [OPTIONS]");
+  set_help(app, "IMAGE.png|DIR|VIDEO [RECORDING.mcap] [SCENE] [OPTIONS]");
   app.footer(
       "Options of images, drawing and devices are those of fire3dv; without them, those of the images are\n"
       "used. Exit status: 0 identical, 1 different, 2 cannot be checked. Details: man fire3dv-verify.");

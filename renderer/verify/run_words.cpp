@@ -57,14 +57,15 @@ Result<Inputs> find_inputs(const VerifyOptions& options, const fs::path& folder,
 }
 
 Result<std::vector<std::string>> words_of_run(const sinks::RunProvenance& provenance, const Inputs& inputs,
-                                              const std::vector<std::string>& user_words) {
+                                              const std::vector<std::string>& user_words,
+                                              const std::string& out) {
   std::vector<std::string> words;
   const bool has_command = provenance.command == "render" || provenance.command == "dataset";
   if (!has_command && provenance.command != "fire3dv")
     return Error{"its provenance names the command " +
                  quote(printable_text(provenance.command, kMaxShownBytes)) +
                  ", which this version cannot repeat"};
-  if (has_command) words = {provenance.command, "--out=verify"};
+  if (has_command) words = {provenance.command, "--out=" + out};
   // Names come first: the commands expect the recording there.
   const auto add_input = [&](const fs::path& path) {
     if (!path.empty()) words.insert(words.end() - (has_command ? 1 : 0), path.string());

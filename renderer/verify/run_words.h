@@ -21,8 +21,9 @@ Result<Inputs> find_inputs(const VerifyOptions& options, const std::filesystem::
 
 // Words after the program's name: of `fire3dv render` and `fire3dv dataset` with the command, of live runs
 // without. Options of the user replace those of the provenance. Error: the provenance has an option that
-// opens a file, or an unknown one.
+// opens a file, or an unknown one. out: value of --out, which is not written.
 Result<std::vector<std::string>> words_of_run(const sinks::RunProvenance& provenance, const Inputs& inputs,
-                                              const std::vector<std::string>& user_words);
+                                              const std::vector<std::string>& user_words,
+                                              const std::string& out);
 
 }  // namespace fire3dv::verify

@@ -33,10 +33,13 @@ namespace fire3dv::sinks {
   X(avcodec, av_packet_free)                  \
   X(avcodec, av_packet_rescale_ts)            \
   X(avcodec, av_packet_unref)                 \
+  X(avformat, av_find_input_format)           \
   X(avformat, av_guess_format)                \
   X(avformat, avformat_alloc_context)         \
+  X(avformat, avformat_close_input)           \
   X(avformat, avformat_free_context)          \
   X(avformat, avformat_new_stream)            \
+  X(avformat, avformat_open_input)            \
   X(avformat, avformat_query_codec)           \
   X(avformat, avformat_write_header)          \
   X(avformat, av_interleaved_write_frame)     \
@@ -44,6 +47,7 @@ namespace fire3dv::sinks {
   X(avformat, avio_open)                      \
   X(avformat, avio_closep)                    \
   X(avutil, av_dict_free)                     \
+  X(avutil, av_dict_get)                      \
   X(avutil, av_dict_set)                      \
   X(avutil, av_frame_alloc)                   \
   X(avutil, av_frame_free)                    \

@@ -109,6 +109,25 @@ Result<void> check_video_settings(const VideoSettings& settings) {
   return {};
 }
 
+Result<std::string> read_video_comment(const std::filesystem::path& path) {
+  const auto av = libav();
+  if (!av) return av.error();
+  std::error_code fault;
+  if (!std::filesystem::is_regular_file(path, fault))
+    return Error{"cannot read " + path.string() + ": no regular file"};
+  (*av)->av_log_set_level(AV_LOG_FATAL);
+  // One reader alone, so that no other format can name further files.
+  const AVInputFormat* const reader =
+      (*av)->av_find_input_format(container_of(path) == std::string_view("mp4") ? "mov" : "matroska");
+  AVFormatContext* file = nullptr;
+  if (!reader || (*av)->avformat_open_input(&file, ("file:" + path.string()).c_str(), reader, nullptr) < 0)
+    return Error{"cannot read " + path.string() + ": it is no video of its ending"};
+  const AVDictionaryEntry* const entry = (*av)->av_dict_get(file->metadata, "comment", nullptr, 0);
+  std::string comment = entry ? entry->value : "";
+  (*av)->avformat_close_input(&file);
+  return comment;
+}
+
 struct VideoFile::Impl {
   const Libav& av;
   VideoSettings settings;
@@ -241,6 +260,7 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   if (const int done = av.avio_open(&format->pb, url.c_str(), AVIO_FLAG_WRITE); done < 0)
     return failed("write", done);
   file_open = true;
+  if (!settings.comment.empty()) av.av_dict_set(&format->metadata, "comment", settings.comment.c_str(), 0);
   AVDictionary* options = nullptr;
   if (container_of(settings.path) == std::string_view("mp4"))
     av.av_dict_set(&options, "movflags", "faststart", 0);  // for progressive playback

@@ -22,6 +22,7 @@ struct VideoSettings {
   bool full_chroma = false;  // 4:4:4 instead of 4:2:0; few players support it
   uint32_t width = 0, height = 0;
   int64_t fps_numerator = 30, fps_denominator = 1;
+  std::string comment;  // metadata of the file; empty: none
 };
 
 // Tests the file extension for a supported container.
@@ -31,6 +32,9 @@ bool is_foreign_video_name(const std::filesystem::path& path);
 
 // Checks settings without opening a file; sizes only if they are set. The error lists the available codecs.
 Result<void> check_video_settings(const VideoSettings& settings);
+
+// Comment of an untrusted file; empty: it has none. The error names the file.
+Result<std::string> read_video_comment(const std::filesystem::path& path);
 
 class VideoFile {
  public:

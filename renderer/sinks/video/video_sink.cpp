@@ -10,10 +10,9 @@ namespace fire3dv::sinks {
 Result<std::unique_ptr<VideoSink>> VideoSink::open(const VideoSettings& settings) {
   if (auto good = check_video_settings(settings); !good) return good.error();
   std::unique_ptr<VideoSink> sink(new VideoSink(settings));
-  if (settings.width != 0) {
+  if (settings.width != 0) {  // reports errors before a frame is drawn; write() opens it with the provenance
     auto file = VideoFile::open(settings);
     if (!file) return file.error();
-    sink->file_ = std::move(*file);
   }
   auto log = base::AtomicFile::create(settings.path.string() + ".jsonl");
   if (!log) return log.error();
@@ -34,8 +33,11 @@ void VideoSink::abandon() {
 
 Result<void> VideoSink::write(const FrameImage& image) {
   if (!file_) {
-    settings_.width = image.width;
-    settings_.height = image.height;
+    if (settings_.width == 0) {
+      settings_.width = image.width;
+      settings_.height = image.height;
+    }
+    if (image.run_provenance && settings_.comment.empty()) settings_.comment = *image.run_provenance;
     auto file = VideoFile::open(settings_);
     if (!file) return file.error();
     file_ = std::move(*file);

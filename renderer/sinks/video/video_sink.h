@@ -17,7 +17,8 @@ namespace fire3dv::sinks {
 
 class VideoSink final : public QueuedSink {
  public:
-  // width and height may be 0: the first frame then sets the size. All frames have the same size.
+  // width and height may be 0: the first frame then sets the size. All frames have the same size. The comment
+  // is the provenance of the first frame, unless settings have one.
   static Result<std::unique_ptr<VideoSink>> open(const VideoSettings& settings);
   ~VideoSink() override;  // without finish(): removes all output
   // Removes all output of an interrupted run.

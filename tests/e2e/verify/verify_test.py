@@ -267,6 +267,18 @@ def frames_of_recordings_are_identical(test):
     check(said.startswith("identical: 4 images"), said)
     said = verify(test, os.path.join(folder, "frame_000003.png"), recording(test), scene_of(test))
     check(said.startswith("identical"), said)
+    video = test.path("video.mkv")
+    execute(test, "video", "render", recording(test), scene_of(test), "--fps", 10, "--end", 0.3, "--out", video, "--codec", "ffv1", *SHARED)
+    said = verify(test, video, recording(test), scene_of(test))
+    check(said.startswith(f"identical: {video}"), said)
+    with open(video, "r+b") as file:
+        at = len(file.read()) // 2
+        file.seek(at)
+        byte = file.read(1)
+        file.seek(at)
+        file.write(bytes([byte[0] ^ 255]))
+    said = verify(test, video, recording(test), scene_of(test), code=DIFFERENT)
+    check(f"byte {at} differs" in said, said)
     said = verify(test, folder, recording(test), scene_of(test), "--fps", 20, code=DIFFERENT)
     check("setting --fps is 10 in the file and 20 here" in said, said)
 

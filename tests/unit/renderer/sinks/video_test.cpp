@@ -291,6 +291,30 @@ TEST_F(Video, LinksBesideItAreNotFollowed) {
   EXPECT_EQ(files(), 3u) << "the links";
 }
 
+// As large as a provenance may be, and with marks of its JSON.
+TEST_F(Video, CommentsAreReadBack) {
+  const std::string comment = "{\"a\":\"" + std::string(65000, 'x') + "=;#\\\"}";
+  for (const char* name : {"c.mp4", "c.mkv"}) {
+    VideoSettings wanted = settings(name);
+    EXPECT_EQ(encoded(wanted).frames.size(), kFrames);
+    EXPECT_EQ(read_video_comment(wanted.path).value(), "");
+    wanted.comment = comment;
+    fs::remove(wanted.path);
+    EXPECT_EQ(encoded(wanted).frames.size(), kFrames);
+    const auto back = read_video_comment(wanted.path);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(*back, comment) << name;
+    const std::string whole = bytes_of(wanted.path);
+    std::ofstream(wanted.path, std::ios::binary) << "ffconcat version 1.0\nfile /etc/passwd\n";
+    EXPECT_FALSE(read_video_comment(wanted.path).ok());
+    for (const size_t bytes : {size_t{0}, size_t{40}, whole.size() / 2}) {
+      std::ofstream(wanted.path, std::ios::binary) << whole.substr(0, bytes);
+      (void)read_video_comment(wanted.path);
+    }
+  }
+  EXPECT_FALSE(read_video_comment(folder_ / "absent.mp4").ok());
+}
+
 TEST_F(Video, VideoAndListOrNothing) {
   const auto take = [&](VideoSink& sink) {
     for (uint64_t frame = 0; frame < kFrames; ++frame) {
