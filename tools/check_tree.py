@@ -67,7 +67,7 @@ ALLOWED = {
                                "renderer/offline",
     "renderer/relabel": WIRE + " protocol/robot protocol/record protocol/import renderer/scene renderer/state renderer/app renderer/offline renderer/dataset "
                                "renderer/loading",
-    "renderer/verify": WIRE + " renderer/state renderer/sinks renderer/app renderer/offline renderer/dataset",
+    "renderer/verify": WIRE + " renderer/scene renderer/state renderer/camera renderer/sinks renderer/app renderer/offline renderer/dataset",
     "renderer/doctor": BASE + " protocol/transport renderer/gpu renderer/scene renderer/state renderer/settings renderer/passes renderer/loading",
     "convert": BASE + " renderer/scene",
     "convert/glb": MODEL,

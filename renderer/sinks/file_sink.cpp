@@ -69,6 +69,18 @@ Result<void> FileSink::complete() {
                " to the disk: " + system_reason(fault)};
 }
 
+namespace {
+
+// Arrays have no text of their own: their line has the provenance.
+std::string line_of(const FrameFiles& files, const FrameImage& image) {
+  std::string line = frame_line(files, image);
+  if (image.run_provenance && !(files.planes.empty() && files.amodal.empty()))
+    line.insert(line.rfind('}'), ",\"provenance\":" + *image.run_provenance);
+  return line;
+}
+
+}  // namespace
+
 Result<void> FileSink::write(const FrameImage& image) {
   auto folder = folder_of(image.camera);
   if (!folder) return folder.error();
@@ -101,7 +113,7 @@ Result<void> FileSink::write(const FrameImage& image) {
       return written.error();
   }
   errno = 0;
-  log_ << frame_line(files, image) << std::flush;  // flush per line: a killed run keeps its list
+  log_ << line_of(files, image) << std::flush;  // flush per line: a killed run keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
   ++frames_written_;

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/files.h"
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
@@ -15,6 +16,7 @@
 #include "renderer/offline/drawing_words.h"
 #include "renderer/sinks/png.h"
 #include "renderer/state/motion/animation_clock.h"
+#include "renderer/verify/array_file.h"
 #include "renderer/verify/image_check.h"
 #include "renderer/verify/run_words.h"
 #include "renderer/verify/set_check.h"
@@ -131,7 +133,7 @@ Result<offline::FrameTimes> times_of_frame(const offline::Timeline& timeline, in
 
 // Image of a live run without a window: at rest, at the time of its animation, or at that of its streams.
 int draw_live(const VerifyOptions& options, const sinks::FrameImage& stored, const Inputs& inputs,
-              std::vector<std::string> words, ImageCheck& check) {
+              std::vector<std::string> words, ImageCheck& check, offline::ImageSet* set) {
   std::string name = options.program;
   auto drawing = offline::parse_drawing("verify", name.data(), std::move(words));
   if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
@@ -148,7 +150,7 @@ int draw_live(const VerifyOptions& options, const sinks::FrameImage& stored, con
   } else if (!run.drawing.animate.empty()) {
     run.end_s = static_cast<double>(stored.frame_index) / state::kHeadlessImagesPerSecond;
   }
-  return offline::render(run, nullptr, &check);
+  return offline::render(run, set, &check);
 }
 
 // Number in the new run; nullopt: the image is found by the frames that it shows.
@@ -171,11 +173,10 @@ std::optional<std::string> reason_against_check(const sinks::FrameImage& stored,
   return std::nullopt;
 }
 
-int verify_image(const VerifyOptions& options) {
+// array: of an output, checked in place of the colours.
+int verify_stored(const VerifyOptions& options, const sinks::FrameImage& stored,
+                  std::optional<StoredArray> array) {
   const std::string name = options.target.string();
-  auto png = sinks::read_png(options.target);
-  if (!png) return report_unchecked(png.error().message);
-  sinks::FrameImage& stored = png->image;
   if (!stored.run_provenance)
     return report_unchecked(name +
                             " has no provenance: an earlier version drew it, or a program changed it that "
@@ -185,18 +186,33 @@ int verify_image(const VerifyOptions& options) {
   if (const auto reason = reason_against_check(stored, *provenance))
     return report_unchecked(name + ": " + *reason);
   const bool is_live = provenance->command == "fire3dv";
+  if (array && !is_live) return report_unchecked(name + ": its provenance is of no live run");
   const auto inputs =
       find_inputs(options, options.target.parent_path(), *provenance, is_live && !stored.shown.empty());
   if (!inputs) return report_unchecked(name + ": " + inputs.error().message);
   auto words = words_of_run(*provenance, *inputs, options.words, "verify");
   if (!words) return report_unchecked(name + ": " + words.error().message);
-  ImageCheck check(name, stored, *provenance, number_in_run(stored, *provenance));
-  const int code = is_live ? draw_live(options, stored, *inputs, std::move(*words), check)
-                           : draw(options.program, std::move(*words), check);
+  std::optional<ArrayOutputs> outputs;
+  if (array) outputs.emplace(array->output);
+  ImageCheck check(name, stored, *provenance, number_in_run(stored, *provenance), std::move(array));
+  const int code =
+      is_live ? draw_live(options, stored, *inputs, std::move(*words), check, outputs ? &*outputs : nullptr)
+              : draw(options.program, std::move(*words), check);
   Outcome outcome = check.outcome();
   if (code == 0 && !check.drawn_provenance() && outcome.differences.empty() && !outcome.unchecked)
     outcome.unchecked = name + ": the recording does not show the same frames of its streams at that time";
   return report(outcome, {name, 1, *provenance, check.drawn_provenance()}, code);
+}
+
+int verify_image(const VerifyOptions& options) {
+  if (lower_extension(options.target) == ".npy") {
+    auto file = read_array(options.target);
+    if (!file) return report_unchecked(file.error().message);
+    return verify_stored(options, file->image, std::move(file->array));
+  }
+  const auto png = sinks::read_png(options.target);
+  if (!png) return report_unchecked(png.error().message);
+  return verify_stored(options, png->image, std::nullopt);
 }
 
 int verify_video(const VerifyOptions& options) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/plural.h"
+#include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/png.h"
 #include "renderer/verify/file_difference.h"
 
@@ -31,8 +32,12 @@ std::optional<std::string> run_difference(const sinks::RunProvenance& stored,
 }
 
 ImageCheck::ImageCheck(std::string name, sinks::FrameImage stored, sinks::RunProvenance provenance,
-                       std::optional<uint64_t> image)
-    : name_(std::move(name)), stored_(std::move(stored)), provenance_(std::move(provenance)), image_(image) {}
+                       std::optional<uint64_t> image, std::optional<StoredArray> array)
+    : name_(std::move(name)),
+      stored_(std::move(stored)),
+      provenance_(std::move(provenance)),
+      image_(image),
+      array_(std::move(array)) {}
 
 Result<bool> ImageCheck::begin(const offline::Manifest& manifest, const sinks::RunProvenance& provenance,
                                std::shared_ptr<offline::FrameFormat> format) {
@@ -51,6 +56,10 @@ Result<bool> ImageCheck::begin(const offline::Manifest& manifest, const sinks::R
 
 // The colours as a data set stores them, with its noise.
 Result<std::optional<std::string>> ImageCheck::find_difference(const sinks::FrameImage& drawn) {
+  for (const sinks::FramePlane& plane : drawn.planes) {
+    if (array_ && plane.output == array_->output)
+      return file_difference(".npy", array_->bytes, sinks::encode_npy(plane, drawn.width, drawn.height));
+  }
   if (!format_) return pixel_difference(stored_, drawn);
   const auto encoded = format_->encode(drawn);
   if (!encoded) return encoded.error();

@@ -24,12 +24,19 @@ struct Outcome {
 std::optional<std::string> run_difference(const sinks::RunProvenance& stored,
                                           const sinks::RunProvenance& here, bool is_live);
 
+// NumPy file of an output.
+struct StoredArray {
+  std::vector<uint8_t> bytes;
+  wire::ImageOutput output{};
+};
+
 class ImageCheck final : public offline::ImageConsumer {
  public:
   // stored: with the pixels of the file. image: its number in the new run; nullopt: the one that shows the
   // same frames of streams.
+  // array: checked in place of the colours.
   ImageCheck(std::string name, sinks::FrameImage stored, sinks::RunProvenance provenance,
-             std::optional<uint64_t> image);
+             std::optional<uint64_t> image, std::optional<StoredArray> array = std::nullopt);
 
   Result<bool> begin(const offline::Manifest& manifest, const sinks::RunProvenance& provenance,
                      std::shared_ptr<offline::FrameFormat> format) override;
@@ -48,6 +55,7 @@ class ImageCheck final : public offline::ImageConsumer {
   const sinks::FrameImage stored_;
   const sinks::RunProvenance provenance_;
   const std::optional<uint64_t> image_;
+  const std::optional<StoredArray> array_;
   std::shared_ptr<offline::FrameFormat> format_;  // of a data set; else null
   Outcome outcome_;
   std::shared_ptr<const std::string> drawn_provenance_;

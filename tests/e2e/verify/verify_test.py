@@ -112,6 +112,18 @@ def images_of_live_runs_are_identical(test):
     played = os.path.join(folder, "frame_000006.png")
     said = verify(test, played, recording(test), scene_of(test))
     check(said.startswith("identical"), said)
+    # Arrays, by the line that names them.
+    folder = test.path("arrays of a live run")
+    execute(test, "arrays", scene_of(test), "--headless", "--frames", 1, "--out", folder, "--outputs", "color,depth,normal", *SHARED)
+    for name in ("depth.npy", "normal.npy", "png"):
+        said = verify(test, os.path.join(folder, f"frame_000000.{name}"), scene_of(test))
+        check(said.startswith("identical"), said)
+    path = os.path.join(folder, "frame_000000.depth.npy")
+    depth = np.load(path)
+    depth[3, 5] = 1
+    np.save(path, depth)
+    said = verify(test, path, scene_of(test), code=DIFFERENT)
+    check("depth.npy: pixel (5, 3) is 1 in the file and " in said, said)
     said = verify(test, played, scene_of(test), code=UNCHECKED)
     check("the recording that was drawn is not named" in said, said)
 
