@@ -223,7 +223,7 @@ def data_sets_are_identical(test):
 
 RANDOMIZED = """
 cameras:
-  front: {azimuth_deg: [-60, 60], look_at: ball, distance_m: [40, 90], noise: 4}
+  front: {azimuth_deg: [-60, 60], elevation_deg: [-40, 70], look_at: ball, distance_m: [40, 90], noise: 4}
 nodes:
   ball: {move_m: [[-50, 50], [-20, 20], 0]}
 materials:
