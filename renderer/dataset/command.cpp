@@ -99,6 +99,10 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   }
   if (options_.is_stereo && !plan_->of(Section::cameras).empty())
     return Error{plan_->file + ": cameras of --stereo-pairs keep their places: remove the section cameras"};
+  if (!plan_->maps.empty() && options_.flow_frames != 0)
+    return Error{plan_->file +
+                 ": environment.map: each map has a renderer of its own, and flow needs one for all: "
+                 "leave --flow-frames out, or set it to 0"};
   std::string_view left = plan_->text;
   while (!left.empty()) {
     const size_t end = std::min(left.find('\n'), left.size());
@@ -110,6 +114,7 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   settings.emplace_back("seed", std::to_string(plan_->seed));
   std::string inputs;
   for (const auto& [name, trajectory] : plan_->paths) inputs += trajectory.digest;
+  for (const auto& [name, map] : plan_->maps) inputs += map.digest;
   inputs += plan_->given.digest;
   if (!inputs.empty()) settings.emplace_back("files of the randomization", inputs);
   randomizer_.emplace(*plan_, description.cameras);

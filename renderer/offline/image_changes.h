@@ -22,7 +22,9 @@ class ImageChanges {
   // scene was replaced. settings: unchanged ones.
   virtual Result<void> set_scene(const scene::Scene& scene, const settings::DrawSettings& settings) = 0;
   // Changes the edits and settings of a frame; those given are unchanged ones.
-  virtual void change_frame(uint64_t frame, state::UserEdits& edits, settings::DrawSettings& settings) = 0;
+  // An environment image that they get is of a new renderer.
+  virtual Result<void> change_frame(uint64_t frame, state::UserEdits& edits,
+                                    settings::DrawSettings& settings) = 0;
   // Adds the transforms that depend on the poses of the frame, in which change_frame() is in effect. Returns
   // false if there are none.
   virtual bool add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) = 0;

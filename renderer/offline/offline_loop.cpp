@@ -149,7 +149,10 @@ Result<void> OfflineLoop::change(uint64_t frame, bool is_new_scene, const state:
   }
   state::UserEdits edits = unchanged_edits_;
   settings::DrawSettings settings = unchanged_settings_;
-  changes_->change_frame(frame, edits, settings);
+  if (auto changed = changes_->change_frame(frame, edits, settings); !changed) return changed;
+  if (settings.environment && parts_.renderer.needs_new_renderer(settings)) {
+    if (auto replaced = parts_.replace_renderer(settings); !replaced) return replaced;
+  }
   parts_.renderer.apply(settings);
   parts_.scene.set_user_edits(edits);
   parts_.scene.follow();

@@ -75,6 +75,9 @@ class OfflineLoop {
     app::PathCheckpoint* checkpoint = nullptr;
     state::RobotPose* robot = nullptr;
     ImageSet* set = nullptr;
+    // Puts a renderer with the environment image of the settings in the place of `renderer`. Needed by
+    // changes of the set.
+    std::function<Result<void>(const settings::DrawSettings&)> replace_renderer = {};
     bool markers = true;
     std::shared_ptr<const std::string> provenance = nullptr;  // of the run, for images; null: none
   };

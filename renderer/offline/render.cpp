@@ -526,10 +526,23 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   std::optional<app::PathCheckpoint> checkpoint;
   if (drawing_.draw.path && output.folder && drawing_.checkpoint_interval_s > 0)
     checkpoint.emplace(folder_of(options_), drawing_, report, "", inputs_of(manifest));
+  const auto replace_renderer = [&](const settings::DrawSettings& with) -> Result<void> {
+    (*device)->wait((*device)->last_submitted());
+    settings.environment = with.environment;
+    settings.max_textures = renderer->settings().draw().max_textures;
+    renderer.reset();
+    (*device)->retire_all_now();
+    renderer.emplace(**device, settings);
+    renderer->set_edits(live.edits());
+    renderer->set_scene(live.scene(), live.loaded().derived);
+    if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
+      return prepared.error();
+    return {};
+  };
   OfflineLoop loop({**device, *renderer, poses, streams ? &*streams : nullptr, live,
                     *animations ? &(*animations)->player : nullptr, *cameras, output.sink(),
                     checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr, set_,
-                    !set_ || drawing_.markers_in_data_sets, provenance},
+                    replace_renderer, !set_ || drawing_.markers_in_data_sets, provenance},
                    manifest.times);
   const auto is_wanted = [&](uint64_t image) { return output.is_wanted(image); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/digest.h"
 #include "base/files.h"
 #include "base/numbers.h"
 #include "base/text.h"
@@ -16,6 +17,7 @@
 namespace fire3dv::dataset {
 namespace {
 
+constexpr uint64_t kMaxMapBytes = uint64_t{4} << 30;
 constexpr size_t kMaxNumbers = 100'000;  // aliases repeat parts of a file
 constexpr const char* kNames[kSections] = {"cameras",     "nodes",      "materials", "lights",
                                            "environment", "background", "scene"};
@@ -69,6 +71,7 @@ constexpr Rule kRules[] = {
     {Section::lights, "elevation_deg", FieldType::number, -90, 90},
     {Section::environment, "intensity", FieldType::number, 0, 1e4},
     {Section::environment, "rotation_deg", FieldType::number, -360, 360},
+    {Section::environment, "map", FieldType::word},
     {Section::background, "color", FieldType::vector, 0, 1},
     {Section::scene, "variant", FieldType::word},
 };
@@ -383,6 +386,17 @@ Result<Plan> read_plan(const std::filesystem::path& file) {
     if (!trajectory)
       return Error{plan->file + ":" + std::to_string(path->line) + ": path: " + trajectory.error().message};
     plan->paths.emplace(path->words[0], std::move(*trajectory));
+  }
+  for (const Entry& entry : plan->of(Section::environment)) {
+    const Field* const maps = entry.find("map");
+    for (size_t i = 0; maps && i < maps->words.size(); ++i) {
+      const std::filesystem::path map = file.parent_path() / maps->words[i];
+      auto digest = digest_of_file(map, kMaxMapBytes);
+      if (!digest)
+        return Error{plan->file + ":" + std::to_string(maps->line) +
+                     ": environment.map: " + digest.error().message};
+      plan->maps[maps->words[i]] = {map, hex(*digest).substr(0, 32)};
+    }
   }
   return plan;
 }

@@ -49,6 +49,11 @@ struct Plan {
   std::string text;
   uint64_t seed = 0;
   std::map<std::string, Trajectory, std::less<>> paths;  // of cameras, by the text of the file
+  struct Input {
+    std::filesystem::path path;
+    std::string digest;
+  };
+  std::map<std::string, Input, std::less<>> maps;  // of the environment, by the text of the file
   GivenDraws given;
   std::array<std::vector<Entry>, kSections> entries;
 

@@ -11,11 +11,13 @@
 #include "base/words.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/derived/variants.h"
+#include "renderer/scene/textures/environment.h"
 #include "renderer/state/edits/node_transform.h"
 
 namespace fire3dv::dataset {
 namespace {
 
+constexpr size_t kMaxMaps = 4;             // in memory
 constexpr size_t kMaxParameters = 10'000;  // of an image
 
 glm::dmat3 turn_of(const glm::dvec3& degrees) {
@@ -303,19 +305,20 @@ Result<void> Randomizer::check_given() const {
   return {};
 }
 
-void Randomizer::change_frame(uint64_t frame, state::UserEdits& edits, settings::DrawSettings& settings) {
+Result<void> Randomizer::change_frame(uint64_t frame, state::UserEdits& edits,
+                                      settings::DrawSettings& settings) {
   frame_ = frame;
   of_frame_.clear();
   for (const Object& object : nodes_) change_node(object, edits);
   for (const Object& object : materials_) change_material(object, edits);
   for (const Object& object : lights_) change_light(object, edits);
-  change_settings(settings);
   for (const Entry& entry : plan_.of(Section::scene)) {
     Draws draws(*this, "scene.", entry, of_frame_);
     if (const auto variant = draws.word("variant")) {
       if (const auto found = scene::find_variant(*scene_, *variant)) edits.variant = *found;
     }
   }
+  return change_settings(settings);
 }
 
 void Randomizer::change_node(const Object& object, state::UserEdits& edits) {
@@ -370,9 +373,25 @@ void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
   edits.lights[object.index] = light;
 }
 
-void Randomizer::change_settings(settings::DrawSettings& settings) {
+// The same object while it is cached, so that the renderer stays.
+Result<std::shared_ptr<const scene::EnvironmentImage>> Randomizer::load_map(const std::string& name) {
+  if (const auto found = maps_.find(name); found != maps_.end()) return found->second;
+  auto image = scene::load_environment(plan_.maps.at(name).path);
+  if (!image) return Error{plan_.file + ": environment.map: " + image.error().message};
+  if (maps_.size() >= kMaxMaps) maps_.clear();
+  auto map = std::make_shared<const scene::EnvironmentImage>(std::move(*image));
+  maps_[name] = map;
+  return std::shared_ptr<const scene::EnvironmentImage>(map);
+}
+
+Result<void> Randomizer::change_settings(settings::DrawSettings& settings) {
   for (const Entry& entry : plan_.of(Section::environment)) {
     Draws draws(*this, "environment.", entry, of_frame_);
+    if (const auto name = draws.word("map")) {
+      auto map = load_map(*name);
+      if (!map) return map.error();
+      settings.environment = std::move(*map);
+    }
     if (const auto value = draws.number("intensity"))
       settings.environment_intensity = static_cast<float>(*value);
     if (const auto value = draws.number("rotation_deg"))
@@ -385,6 +404,7 @@ void Randomizer::change_settings(settings::DrawSettings& settings) {
       settings.background.color = *color;
     }
   }
+  return {};
 }
 
 // The object's pose in the world after path, position_m, look_at and the shell.

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -30,7 +31,8 @@ class Randomizer final : public offline::ImageChanges {
                                           const std::vector<std::string>& cameras);
 
   Result<void> set_scene(const scene::Scene& scene, const settings::DrawSettings& settings) override;
-  void change_frame(uint64_t frame, state::UserEdits& edits, settings::DrawSettings& settings) override;
+  Result<void> change_frame(uint64_t frame, state::UserEdits& edits,
+                            settings::DrawSettings& settings) override;
   bool add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) override;
   void change_camera(uint64_t image, const state::PoseState& poses, app::CameraRig::Placed& camera) override;
   bool has_lens() const override;
@@ -54,7 +56,8 @@ class Randomizer final : public offline::ImageChanges {
   void change_node(const Object& object, state::UserEdits& edits);
   void change_material(const Object& object, state::UserEdits& edits);
   void change_light(const Object& object, state::UserEdits& edits);
-  void change_settings(settings::DrawSettings& settings);
+  Result<void> change_settings(settings::DrawSettings& settings);
+  Result<std::shared_ptr<const scene::EnvironmentImage>> load_map(const std::string& name);
   struct Placement {
     glm::dmat4 world_from_object{1};
     std::optional<glm::dvec3> target;  // of look_at
@@ -78,6 +81,7 @@ class Randomizer final : public offline::ImageChanges {
   DrawnValues of_frame_, of_image_;
   double noise_ = 0;
   std::set<std::string> warned_;
+  std::map<std::string, std::shared_ptr<const scene::EnvironmentImage>> maps_;  // the last ones
 };
 
 }  // namespace fire3dv::dataset

@@ -276,17 +276,46 @@ def variants_are_drawn(test):
     check("randomize.yaml:1: scene.variant: " in said and "red" in said, said)
 
 
+def maps_are_drawn(test):
+    """Environment maps of one colour each light a white ball; the light of the drawn map is seen."""
+    for name, rgbe in (("red.hdr", (128, 26, 26, 129)), ("green.hdr", (26, 128, 26, 129))):
+        with open(os.path.join(test.folder, name), "wb") as file:
+            file.write(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n" + bytes(rgbe) * (16 * 32))
+    text = "environment: {map: {choice: [red.hdr, green.hdr]}, intensity: [0.5, 1]}\n"
+    arguments = ("--format", "folder", "--environment", os.path.join(test.folder, "red.hdr"))
+    out = test.path("maps")
+    draw(test, out, *arguments, text=text, images=5)
+    seen = set()
+    for frame, line in enumerate(lines_of(out)):
+        at = os.path.join(out, "00_front", f"{frame:06}.")
+        drawn, mean = line["drawn"]["environment.map"], read_color(at + "png")[np.load(at + "instance.npy") > 0].mean(0)
+        check((mean[0] > 1.5 * mean[1]) == (drawn == "red.hdr") and (mean[1] > 1.5 * mean[0]) == (drawn == "green.hdr"), f"image {frame}: {drawn}, {mean}")
+        seen.add(drawn)
+    check(len(seen) == 2, f"{seen}")
+    parts = [test.path(f"map{i}") for i in (1, 2)]
+    for i, part in enumerate(parts, 1):
+        draw(test, part, *arguments, "--shard", f"{i}/2", text=text, images=5)
+    joined = test.path("maps joined")
+    join(test, *parts, "--out", joined)
+    expect_same(joined, out, "joined shards with maps")
+    said = draw(test, test.path("bad"), *arguments, "--flow-frames", 1, text=text, code=1)
+    check("environment.map: each map has a renderer of its own" in said, said)
+    said = draw(test, test.path("bad"), *arguments, text="environment: {map: blue.hdr}", code=1)
+    check("randomize.yaml:1: environment.map: " in said and "blue.hdr" in said, said)
+
+
 def programs_draw(test):
     """Draws of a file of lines, such as those of another set or of a program."""
     folder = whole(test)
     again = test.path("again")
     draw(test, again, "--format", "folder", "--draws", os.path.join(folder, "frames.jsonl"), seed=99)
-    check(lines_of(again) == lines_of(folder), "the same draws, other labels")
+    labels = lambda line: {key: line[key] for key in ("frame", "drawn", "cam_K", "cam_R_w2c", "cam_t_w2c", "brightness", "instances")}
+    check([labels(line) for line in lines_of(again)] == [labels(line) for line in lines_of(folder)], "the same draws, other labels")
     one = write(test, "one.jsonl", json.dumps({"frame": 2, "drawn": {"nodes.ball.move_m": [1, 2, 3]}}) + "\n")
     out = test.path("one")
     draw(test, out, "--format", "folder", "--draws", one)
     for ours, theirs in zip(lines_of(out), lines_of(folder)):
-        check((ours == theirs) == (ours["frame"] != 2), "a single draw")
+        check((labels(ours) == labels(theirs)) == (ours["frame"] != 2), "a single draw")
     check(lines_of(out)[2]["drawn"]["nodes.ball.move_m"] == [1, 2, 3], "the draw")
     for line, wanted in (("{}", "draws.jsonl:1: a line is"), ('{"frame": 0, "drawn": {"nodes.ball.scale": 2}}', '"nodes.ball.scale" is no parameter that'),
                          ('{"frame": 0, "drawn": {"background.color": [0, 2, 0]}}', "has a value that the field cannot have"),
@@ -322,4 +351,4 @@ def bad_input(test):
 if __name__ == "__main__":
     main({"draws": images_show_their_draws, "parts": parts_are_the_whole, "noise": colours_have_noise_and_exposure,
           "recording": recordings_keep_their_poses, "example": the_example_runs,
-          "path": cameras_follow_a_path, "variants": variants_are_drawn, "programs": programs_draw, "bad_input": bad_input}, ("fire3dv", "make"))
+          "path": cameras_follow_a_path, "variants": variants_are_drawn, "maps": maps_are_drawn, "programs": programs_draw, "bad_input": bad_input}, ("fire3dv", "make"))

@@ -218,7 +218,7 @@ class Randomized : public ::testing::Test {
   state::UserEdits change(uint64_t frame) {
     state::UserEdits edits;
     draw_ = settings_;
-    randomizer_->change_frame(frame, edits, draw_);
+    EXPECT_TRUE(randomizer_->change_frame(frame, edits, draw_).ok());
     return edits;
   }
 
