@@ -130,6 +130,17 @@ TEST(Import, BeforeTheFirstAndAfterTheLast) {
   EXPECT_EQ(result.xs, (Xs{{1000, {0, 5, 9}}, {1100, {1, 5, 9}}, {1150, {1.5, 6, 9}}, {1200, {2, 6, 9}}}));
 }
 
+TEST(Import, FirstTransformLongAfterTheOthers) {
+  Made made;
+  for (uint64_t i = 0; i < 4; ++i) made.add(1000 * i, "map", "a", static_cast<double>(i));
+  made.add(20'000, "map", "a", 4);
+  made.add(20'000, "map", "late", 7);
+  made.add(20'100, "map", "late", 8);
+  EXPECT_EQ(
+      import_nodes(made, {"a", "late"}).xs,
+      (Xs{{0, {0, 7}}, {1000, {1, 7}}, {2000, {2, 7}}, {3000, {3, 7}}, {20'000, {4, 7}}, {20'100, {4, 8}}}));
+}
+
 TEST(Import, SilenceIsHeld) {
   for (const uint64_t gap_ms : {900u, 3000u, 30'000u}) {
     Made made;
