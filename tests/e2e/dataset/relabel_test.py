@@ -168,6 +168,22 @@ def expect_poses(path):
     print(f"{len(frames)} frames, poses within {worst:.1e}")
 
 
+def world_of(path):
+    _, description, _ = poses_of(path)
+    return np.reshape(struct.unpack_from("<12d", description.data, description._field(5)), (3, 4))
+
+
+def up_is_chosen(test):
+    states = bag(test, "up.mcap", samples()[:5])
+    for up, wanted in (("z", Z_UP), ("y", np.eye(4))):
+        relabel(test, states, scene_of(test), "--up", up, "--out", test.path(f"{up}.mcap"))
+        check(np.array_equal(world_of(test.path(f"{up}.mcap")), wanted[:3]), f"--up {up}")
+    said = relabel(test, states, scene_of(test), "--up", "x", "--out", test.path("x.mcap"), code=2)
+    check("--up" in said, said)
+    said = relabel(test, states, scene_of(test), "--fixed-frame", "base", "--out", test.path("x.mcap"), code=1)
+    check('has no frame "base"' in said, said)
+
+
 def ros2_transforms(test):
     recording = test.path("ros2.mcap")
     said = relabel(test, bag(test, "bag.mcap", samples()), scene_of(test), "--prefix", "robot/", "--out", recording)
@@ -355,5 +371,5 @@ def hostile_files_end(test):
 
 
 if __name__ == "__main__":
-    main({"ros2": ros2_transforms, "encodings": encodings_agree, "joints": joint_states, "dataset": draws_a_data_set,
+    main({"ros2": ros2_transforms, "up": up_is_chosen, "encodings": encodings_agree, "joints": joint_states, "dataset": draws_a_data_set,
           "faults": faults_are_named, "hostile": hostile_files_end}, ("fire3dv",))
