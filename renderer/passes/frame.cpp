@@ -167,8 +167,7 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
     outputs->begin(images_of(request, gpu_scene),
                    {scene.scene, gpu_scene, settings.draw().label_alpha, scene.edits});
   if (may_have_common_dispatches(request, gpu_scene)) expect_common(settings, plan, gpu_scene);
-  if (plan.visibility_buffer)
-    visibility->allocate(gpu_scene, settings.draw().cull, plan.camera_levels_of_detail);
+  if (plan.visibility_buffer) visibility->allocate(gpu_scene, settings.draw().cull, plan.camera_levels);
   if (plan.ray_effects)
     ray_effects->allocate(targets, gpu_scene.refracts, settings.draw().ray_effects.on.bounce);
   if (path_tracer && request.outputs.shaded())
@@ -320,7 +319,7 @@ void Frame::rasterise() {
   if (plan_.visibility_buffer) {
     sets.push_back(&passes_.visibility->prepare(source_.staging, source_.gpu_scene, source_.views, globals_,
                                                 has_common_dispatches(), source_.settings.draw().cull,
-                                                plan_.camera_levels_of_detail));
+                                                plan_.camera_levels));
   }
   if (plan_.shadow_maps) {
     ClusterRaster* maps =
@@ -358,8 +357,7 @@ void Frame::draw_debug_view() {
   if (inspection.pick) passes_.inspector->pick(recorder_, view, *inspection.pick);
   if (!settings::replaces_shading(inspection.debug_view)) return;
   passes_.inspector->debug_views().show(recorder_, source_.staging, view, inspection.debug_view,
-                                        {source_.settings.draw().cull, plan_.camera_levels_of_detail},
-                                        source_.image);
+                                        {source_.settings.draw().cull, plan_.camera_levels}, source_.image);
 }
 
 void Frame::merge_coverage() {

@@ -32,11 +32,13 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   plan.visibility_buffer = plan.compute_shading || plan.shadow_mask || plan.surface_planes || plan.inspection;
   plan.coverage_merge = plan.shading && plan.visibility_buffer;
   // The forward path draws LOD 0 only, and its mask must match that.
-  plan.camera_levels_of_detail =
-      can_compute && facts.levels_of_detail != settings::LevelsOfDetail::off && facts.scene_has_levels;
+  if (can_compute && facts.levels_of_detail != settings::LevelsOfDetail::off && facts.scene_has_levels)
+    plan.camera_levels = facts.levels_of_detail == settings::LevelsOfDetail::surface
+                             ? CameraLevels::by_surface
+                             : CameraLevels::by_appearance;
   plan.shadow_maps = plan.shadows && facts.needs_shadow_maps;
   plan.shadow_map_levels_of_detail =
-      plan.camera_levels_of_detail &&
+      plan.camera_levels != CameraLevels::finest &&
       (facts.levels_of_detail == settings::LevelsOfDetail::everywhere || technique.small_maps);
 
   plan.depth_of_field = has_lens && plan.compute_shading;

@@ -7,6 +7,7 @@
 #include "renderer/passes/debug/inspection.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/shadows/shadow_plan.h"
+#include "renderer/passes/view/camera_levels.h"
 #include "renderer/settings/raster_settings.h"
 
 namespace fire3dv::passes {
@@ -33,7 +34,7 @@ struct FrameFacts {
 struct FramePlan {
   // Geometry.
   bool visibility_buffer = false;  // ids and depths of the cameras
-  bool camera_levels_of_detail = false;
+  CameraLevels camera_levels = CameraLevels::finest;
   bool shadow_maps = false;
   bool shadow_map_levels_of_detail = false;
   // Shadows.

@@ -15,6 +15,8 @@ enum class RasterPath : uint8_t {
 enum class LevelsOfDetail : uint8_t {
   off,
   camera,
+  surface,     // the camera's, by the distance of surfaces alone, not by normals, colours and texture
+               // coordinates
   everywhere,  // also in shadow maps: a quarter of a texel around a shadow's edge may then be lit
   automatic,   // the camera's, in scenes where they pay
 };

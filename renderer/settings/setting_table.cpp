@@ -592,13 +592,14 @@ std::vector<DrawSetting> make_table() {
   row = &raster.add("lod", nullptr, Invalidates::shading, kByCommandLine | kByWindow | kByBench,
                     choice<LevelsOfDetail>({{"auto", LevelsOfDetail::automatic},
                                             {"on", LevelsOfDetail::camera},
+                                            {"surface", LevelsOfDetail::surface},
                                             {"everywhere", LevelsOfDetail::everywhere},
                                             {"off", LevelsOfDetail::off}},
                                            FIELD(levels_of_detail)));
   row->help = list_text("level of detail: ", row->names);
   row->controls = {{"Level of detail",
                     "Coarser triangles where the difference is less than a pixel",
-                    {"automatic", "camera", "everywhere", "off"}}};
+                    {"automatic", "camera", "camera, by surface", "everywhere", "off"}}};
   raster
       .add("motion-quality", "images in motion on a CPU: simpler (auto) or full", Invalidates::nothing,
            kByCommandLine,

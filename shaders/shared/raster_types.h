@@ -20,8 +20,8 @@ struct RasterView {
   // LOD selection: 1 m divided by the allowed error, at a distance of 1 m in perspective views. 0: LOD 0
   // only.
   float level_scale;
-  uint first_tile;  // in the per-tile lists of the CPU variants
-  uint padding;
+  uint first_tile;    // in the per-tile lists of the CPU variants
+  uint surface_only;  // 1: LOD selection by the error of positions alone; cameras, solid surfaces
 };
 
 // Cluster list with its indirect dispatch arguments in front. The dispatch has one row of groups and `count`

@@ -99,10 +99,12 @@ void main() {
     const bool include_attributes = masked;  // a texture cuts holes
 #else
     wanted = (part.flags & FIRE3DV_PART_FORWARD_ONLY) == 0;
-    const bool include_attributes = true;
 #endif
     const ClusterRecord cluster = ClusterRef(globals.value.clusters).at[instance.cluster];
     const RasterView view = RasterViewRef(set.views).at[view_index];
+#ifndef FIRE3DV_LIGHTS
+    const bool include_attributes = view.surface_only == 0 || masked;
+#endif
     const AffineRows world_from_node = AffineRowsRef(globals.value.world_from_node).at[part.node];
     wanted = wanted && is_chosen_level(globals, view, cluster, world_from_node, include_attributes);
     one_side = wanted && draws_one_side(globals, instance.part, part);

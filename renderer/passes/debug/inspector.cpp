@@ -152,7 +152,7 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& staging, const
     counts_.buffer =
         gpu::create_buffer(device_, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::device);
   counts_.begin_empty(bytes);
-  const gpu_types::RasterView view = raster_view(seen.view, seen.extent, drawn.levels_of_detail);
+  const gpu_types::RasterView view = raster_view(seen.view, seen.extent, drawn.levels);
   ClusterRaster::Job job;
   job.scene = &seen.gpu_scene;
   job.target = &counts_;
@@ -161,7 +161,7 @@ void DebugViews::count(gpu::Recorder& recorder, gpu::StagingRing& staging, const
   job.globals = seen.globals;
   job.extent = seen.extent;
   job.cull = drawn.cull == settings::Cull::off ? settings::Cull::off : settings::Cull::view;
-  job.levels_of_detail = drawn.levels_of_detail;
+  job.levels_of_detail = drawn.levels != CameraLevels::finest;
   counting_->begin(staging, job);
   ClusterRaster* const set = &*counting_;
   const ClusterRaster::Clear clear_of = ClusterRaster::clear_of({&set, 1});

@@ -14,6 +14,7 @@
 #include "renderer/passes/resources/gpu_scene.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
+#include "renderer/passes/view/camera_levels.h"
 #include "renderer/passes/view/view.h"
 
 namespace fire3dv::passes {
@@ -86,7 +87,7 @@ class DebugViews {
   // Draw settings for views that rasterise the scene again.
   struct Drawn {
     settings::Cull cull = settings::Cull::automatic;
-    bool levels_of_detail = false;
+    CameraLevels levels = CameraLevels::finest;
   };
   // Replaces the whole image. Call it before the coverage merge.
   void show(gpu::Recorder& recorder, gpu::StagingRing& staging, const InspectedView& seen,

@@ -28,7 +28,7 @@ gpu::SetLayout create_image_set_layout(gpu::Device& device) {
 
 }  // namespace
 
-gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool levels_of_detail) {
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, CameraLevels levels) {
   gpu_types::RasterView raster{};
   raster.clip_from_world = view.clip_from_world;
   const glm::mat4 rows = glm::transpose(view.clip_from_world);
@@ -42,11 +42,12 @@ gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool leve
   raster.eye_world = view.orthographic ? glm::vec4(view.look_world, 0) : glm::vec4(view.eye_world, 1);
   raster.width = extent.width;
   raster.height = extent.height;
-  if (levels_of_detail) {
+  if (levels != CameraLevels::finest) {
     const float pixels_per_m =
         0.5f * std::max(static_cast<float>(extent.width) * glm::length(glm::vec3(rows[0])),
                         static_cast<float>(extent.height) * glm::length(glm::vec3(rows[1])));
     raster.level_scale = pixels_per_m / kLevelErrorPixels;
+    raster.surface_only = levels == CameraLevels::by_surface ? 1 : 0;
   }
   return raster;
 }
@@ -90,7 +91,7 @@ void VisibilityPass::bind(Targets& targets) const {
   vkUpdateDescriptorSets(device_.handle(), 1, &write, 0, nullptr);
 }
 
-ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, settings::Cull cull, bool levels_of_detail) const {
+ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, settings::Cull cull, CameraLevels levels) const {
   ClusterRaster::Job job;
   job.scene = &scene;
   job.target = &targets_->visibility;
@@ -98,27 +99,27 @@ ClusterRaster::Job VisibilityPass::job_of(GpuScene& scene, settings::Cull cull, 
   job.view_count = targets_->views;
   job.extent = extent_;
   job.cull = cull;
-  job.levels_of_detail = levels_of_detail;
+  job.levels_of_detail = levels != CameraLevels::finest;
   return job;
 }
 
-void VisibilityPass::allocate(GpuScene& scene, settings::Cull cull, bool levels_of_detail) {
-  raster_.allocate(job_of(scene, cull, levels_of_detail));
+void VisibilityPass::allocate(GpuScene& scene, settings::Cull cull, CameraLevels levels) {
+  raster_.allocate(job_of(scene, cull, levels));
 }
 
 ClusterRaster& VisibilityPass::prepare(gpu::StagingRing& staging, GpuScene& scene,
                                        std::span<const View> views, std::span<const VkDeviceAddress> globals,
-                                       bool common, settings::Cull cull, bool levels_of_detail) {
+                                       bool common, settings::Cull cull, CameraLevels levels) {
   std::vector<gpu_types::RasterView> rasters;
   rasters.reserve(views.size());
   const VkExtent2D tiles = tiles_of(extent_);
   for (const View& view : views) {
     const auto first_sample = static_cast<uint32_t>(rasters.size() * view_bytes_ / 8);
-    rasters.push_back(raster_view(view, extent_, levels_of_detail));
+    rasters.push_back(raster_view(view, extent_, levels));
     rasters.back().first_texel = first_sample;
     rasters.back().first_tile = static_cast<uint32_t>(rasters.size() - 1) * tiles.width * tiles.height;
   }
-  ClusterRaster::Job job = job_of(scene, cull, levels_of_detail);
+  ClusterRaster::Job job = job_of(scene, cull, levels);
   job.views = staging.write(std::span<const gpu_types::RasterView>(rasters)).address;
   job.globals = globals[0];
   if (common) job.globals_of_views.assign(globals.begin(), globals.end());

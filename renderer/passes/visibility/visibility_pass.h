@@ -9,6 +9,7 @@
 #include "renderer/passes/raster/cluster_raster.h"
 #include "renderer/passes/resources/targets.h"
 #include "renderer/passes/shadows/shadow_pass.h"
+#include "renderer/passes/view/camera_levels.h"
 #include "renderer/passes/view/view.h"
 #include "shaders/shared/types.h"
 
@@ -44,14 +45,14 @@ class VisibilityPass {
   void set_targets(Targets& targets);
   void reset_targets() { targets_ = nullptr; }
   // Allocates the memory of a following prepare() with the targets' number of views.
-  void allocate(GpuScene& scene, settings::Cull cull, bool levels_of_detail);
+  void allocate(GpuScene& scene, settings::Cull cull, CameraLevels levels);
   // Call it before the parameters of this frame's drawing are described.
   void begin() { targets_->visibility.begin(targets_->visibility.buffer.size_bytes); }
   // Prepares the cameras' part of ClusterRaster::record, with the targets' number of views. globals: of each.
   // common: all views in common dispatches.
   ClusterRaster& prepare(gpu::StagingRing& staging, GpuScene& scene, std::span<const View> views,
                          std::span<const VkDeviceAddress> globals, bool common, settings::Cull cull,
-                         bool levels_of_detail);
+                         CameraLevels levels);
   // Coverage merge: neighbouring triangles of a pixel become one shading sample. Runs only where it pays,
   // before all users of the ids. traced: rays may start from merged surfaces. common: not null: one dispatch
   // for all views, whose parameters it holds.
@@ -93,7 +94,7 @@ class VisibilityPass {
  private:
   enum class Shades : uint8_t { all, all_and_lists, listed };  // pixels
 
-  ClusterRaster::Job job_of(GpuScene& scene, settings::Cull cull, bool levels_of_detail) const;
+  ClusterRaster::Job job_of(GpuScene& scene, settings::Cull cull, CameraLevels levels) const;
   void bind(Targets& targets) const;
   gpu_types::ShadePush shade_push(const Shaded& shaded, size_t index,
                                   const settings::PostSettings& settings) const;
@@ -125,6 +126,6 @@ class VisibilityPass {
 };
 
 // Frustum planes point inwards, from a projection with depth between 0 and w.
-gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, bool levels_of_detail);
+gpu_types::RasterView raster_view(const View& view, VkExtent2D extent, CameraLevels levels);
 
 }  // namespace fire3dv::passes

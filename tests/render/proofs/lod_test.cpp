@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -134,6 +135,44 @@ TEST_F(Levels, ShadowsStayPerTechnique) {
   maps.shadows.method = settings::ShadowMethod::map;
   zoom(maps, 8, 1.5f);
   zoom(settings(1, LevelsOfDetail::camera, false), 8, 1.5f);
+}
+
+// Mean difference of the channels from an image of 8 times the width and height, averaged to its size.
+double error_of(const sinks::FrameImage& image, const sinks::FrameImage& large) {
+  double sum = 0;
+  for (uint32_t y = 0; y < image.height; ++y) {
+    for (uint32_t x = 0; x < image.width; ++x) {
+      glm::dvec3 mean(0);
+      for (uint32_t v = 0; v < 64; ++v) mean += glm::dvec3(pixel(large, 8 * x + v % 8, 8 * y + v / 8)) / 64.0;
+      const glm::dvec3 difference = glm::abs(glm::dvec3(pixel(image, x, y)) - mean);
+      sum += (difference.r + difference.g + difference.b) / 3;
+    }
+  }
+  return sum / (static_cast<double>(image.width) * image.height);
+}
+
+// A small image with the levels of surfaces is as near to the truth as one of all triangles.
+TEST_F(Levels, SmallImagesNeedSurfacesAlone) {
+  constexpr VkExtent2D kSmall{48, 36}, kLarge{8 * kSmall.width, 8 * kSmall.height};
+  const scene::Scene scene = bodies();
+  const vec3 eye(1.2f, 1.4f, 4);
+  uint32_t clusters[3] = {};
+  double errors[3] = {};
+  ProofBench large(kLarge, settings(1, LevelsOfDetail::off));
+  large.show(scene);
+  const sinks::FrameImage reference = large.draw(eye, {0, 0.5f, 0}, 0.8f);
+  const LevelsOfDetail levels[] = {LevelsOfDetail::off, LevelsOfDetail::camera, LevelsOfDetail::surface};
+  for (size_t i = 0; i < std::size(levels); ++i) {
+    ProofBench bench(kSmall, settings(1, levels[i]));
+    bench.show(scene);
+    errors[i] = error_of(bench.draw(eye, {0, 0.5f, 0}, 0.8f), reference);
+    for (int more = 0; more < 4; ++more) bench.draw(eye, {0, 0.5f, 0}, 0.8f);  // counters come later
+    clusters[i] = bench.renderer().counts().clusters;
+  }
+  EXPECT_LT(errors[2], 1.05 * errors[0]);
+  EXPECT_LT(clusters[1], clusters[0]);
+  EXPECT_LT(2 * clusters[2], clusters[1]) << clusters[0] << " without levels";
+  EXPECT_GT(clusters[2], 0u);
 }
 
 // Rays intersect LOD 0 while the camera sees a coarser surface: lit surfaces must not shadow themselves.

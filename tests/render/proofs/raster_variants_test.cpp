@@ -49,7 +49,7 @@ class RasterVariants : public ValidationIsSilent {
     const state::PoseState poses(scene_);
     const passes::View view = first_camera_view(scene_, poses, kVariantsExtent);
     globals_.clip_from_world = view.clip_from_world;
-    view_ = passes::raster_view(view, kVariantsExtent, false);
+    view_ = passes::raster_view(view, kVariantsExtent, passes::CameraLevels::finest);
     view_.depth_m = 0.1f;  // depth range of a spot light's map
     view_.texel_m = 0.01f;
   }

@@ -31,7 +31,8 @@ TEST(FramePlan, ColoursUseMapsRaysCompute) {
 
 TEST(FramePlan, PlanesAloneNeedNoShading) {
   const FramePlan plan = plan_frame(lit_scene(), only(wire::kDepthF32), {});
-  EXPECT_TRUE(plan.visibility_buffer && plan.surface_planes && plan.camera_levels_of_detail);
+  EXPECT_TRUE(plan.visibility_buffer && plan.surface_planes &&
+              plan.camera_levels == CameraLevels::by_appearance);
   EXPECT_FALSE(plan.shading || plan.coverage_merge || plan.compute_shading || plan.forward);
   EXPECT_FALSE(plan.tone_map || plan.fxaa_only);
   EXPECT_FALSE(plan.shadows || plan.shadow_maps || plan.shadow_mask || plan.acceleration_structures);
@@ -147,7 +148,8 @@ TEST(FramePlan, ForwardPathHasNoVisibilityBuffer) {
   facts.shadow_technique.back_end = settings::RayBackEnd::pipeline;
   plan = plan_frame(facts, {}, {});
   EXPECT_TRUE(plan.visibility_buffer && plan.shadow_mask && plan.forward);
-  EXPECT_FALSE(plan.compute_shading || plan.camera_levels_of_detail) << "forward draws use LOD 0 only";
+  EXPECT_FALSE(plan.compute_shading || plan.camera_levels != CameraLevels::finest)
+      << "forward draws use LOD 0 only";
 }
 
 TEST(FramePlan, NoShadowsBuildNothing) {
@@ -200,7 +202,9 @@ TEST(FramePlan, MapsUseCoarseLevelsEverywhere) {
   facts.levels_of_detail = settings::LevelsOfDetail::everywhere;
   EXPECT_TRUE(plan_frame(facts, {}, {}).shadow_map_levels_of_detail);
   facts.levels_of_detail = settings::LevelsOfDetail::off;
-  EXPECT_FALSE(plan_frame(facts, {}, {}).camera_levels_of_detail);
+  EXPECT_EQ(plan_frame(facts, {}, {}).camera_levels, CameraLevels::finest);
+  facts.levels_of_detail = settings::LevelsOfDetail::surface;
+  EXPECT_EQ(plan_frame(facts, {}, {}).camera_levels, CameraLevels::by_surface);
 }
 
 }  // namespace
