@@ -26,6 +26,10 @@ class Import {
   Result<void> survey();
   Result<void> find_first_time();
   Result<void> record(PoseRecorder& recorder);
+  bool is_link(std::string_view frame) const {
+    if (frame.starts_with('/')) frame.remove_prefix(1);
+    return plan_.links.contains(frame);
+  }
   // part: of the readings, 0 or 1.
   Result<void> note_progress(double part) {
     if (!options_.on_progress || options_.on_progress((part + reader_.source().progress()) / 2)) return {};
@@ -65,7 +69,9 @@ Result<void> Import::record(PoseRecorder& recorder) {
       for (size_t i = 0; i < state.names.size(); ++i) links_->set(state.names[i], state.positions[i]);
       if (Result<void> added = recorder.add(links_->transforms(state.stamp_ns), false); !added) return added;
     }
-    if (Result<void> added = recorder.add(batch.transforms, batch.is_static); !added) return added;
+    std::vector<TransformSample> transforms = batch.transforms;
+    std::erase_if(transforms, [&](const TransformSample& sample) { return is_link(sample.child); });
+    if (Result<void> added = recorder.add(transforms, batch.is_static); !added) return added;
     if (Result<void> noted = note_progress(1); !noted) return noted;
   }
 }

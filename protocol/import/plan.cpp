@@ -69,21 +69,23 @@ class Planner {
   Plan plan_;
 };
 
-// Transforms of links count before joint states, as of fire3dv-ros2. The root link is another matter: it
-// may be moved by odometry.
+// Transforms of links that move count before joint states, as of fire3dv-ros2. The root link is another
+// matter: it may be moved by odometry.
 Result<void> Planner::choose_joints() {
   if (survey_.joints().empty()) return {};
-  const bool has_transforms = !survey_.frames().empty();
+  const bool has_moving = std::any_of(survey_.frames().begin(), survey_.frames().end(),
+                                      [](const SeenFrame& frame) { return frame.moves && !frame.is_static; });
   if (!links_) {
-    if (has_transforms) return {};
-    return Error{file_ +
-                 " has joint states and no transforms, and the scene has no joints: name the robot's "
-                 "URDF file as the scene"};
+    if (has_moving) return {};
+    return Error{
+        file_ +
+        " has joint states and no transforms that move, and the scene has no joints: name the robot's "
+        "URDF file as the scene"};
   }
   const std::vector<std::string>& frames = links_->frames();
   const bool tf_has_links = std::any_of(frames.begin() + 1, frames.end(), [&](const std::string& frame) {
     const FrameId id = survey_.buffer().find(frame);
-    return id != kNoFrame && is_child(id);
+    return id != kNoFrame && is_child(id) && !survey_.frames()[id].is_static;
   });
   if (tf_has_links) {
     plan_.notes.push_back("the robot's links have transforms: joint states are not used");
@@ -100,7 +102,7 @@ Result<void> Planner::choose_joints() {
   for (const auto& [joint, index] : links_->joints())
     if (!survey_.joints().contains(joint)) silent.push_back(joint);
   if (known == 0) {
-    if (has_transforms) return {};
+    if (has_moving) return {};
     return Error{file_ + ": no joint of its joint states is one of the robot's: " + list(unknown) +
                  "; the robot has " + list(silent)};
   }
@@ -110,6 +112,8 @@ Result<void> Planner::choose_joints() {
   if (!silent.empty())
     plan_.warnings.push_back("joints without positions stay as in the scene: " + list(silent));
   plan_.uses_joints = true;
+  plan_.links.insert(frames.begin() + 1,
+                     frames.end());  // static ones, of fixed joints, follow from joints, too
   for (const auto& [joint, position] : survey_.joints()) links_->set(joint, position);
   for (const TransformSample& link : links_->transforms(survey_.first_joint_ns())) survey_.add_link(link);
   return {};

@@ -18,6 +18,7 @@ struct Plan {
   std::string fixed_frame;
   wire::Affine3x4d world_from_stream;
   bool uses_joints = false;
+  std::set<std::string, std::less<>> links;  // frames that joints move; their transforms are not used
   std::vector<SceneNode> nodes;
   std::vector<std::string> frame_of_node;
   std::vector<SeenFrame> frames;  // all that are children, each with its first transform

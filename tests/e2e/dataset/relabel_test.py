@@ -235,6 +235,8 @@ URDF = """<robot name="arm">
     <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
   <joint name="slide" type="prismatic"><parent link="upper"/><child link="finger"/><origin xyz="0 0 0.5"/><axis xyz="1 0 0"/>
     <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <link name="tip"><visual><geometry><box size="0.02 0.02 0.02"/></geometry></visual></link>
+  <joint name="mount" type="fixed"><parent link="finger"/><child link="tip"/><origin xyz="0 0 0.2"/></joint>
 </robot>
 """
 
@@ -248,6 +250,8 @@ def joint_states(test):
     # Alone, and on a base that /tf moves.
     for name, moves_base in (("fixed", False), ("mobile", True)):
         writer = McapWriter()
+        # What robot_state_publisher says of fixed joints.
+        writer.write("/tf_static", TF, "cdr", T0, cdr_transforms([(T0, "finger", "/tip", [0, 0, 0.2], [0, 0, 0, 1])]))
         for i in range(50):
             stamp = T0 + 10 * i * MS
             if moves_base:
@@ -257,13 +261,14 @@ def joint_states(test):
         said = relabel(test, writer.save(test.path(f"{name} bag.mcap")), robot, "--out", out)
         check('no such joint, or one that follows another: "gripper"' in said, said)
         names, _, frames = poses_of(out)
-        check(sorted(names) == ["base", "finger", "upper"] and len(frames) == 50, f"{names}, {len(frames)} frames")
+        check(sorted(names) == ["base", "finger", "tip", "upper"] and len(frames) == 50, f"{names}, {len(frames)} frames")
         worst = 0
         for i, (time_ns, poses) in enumerate(frames):
             check(time_ns == T0 + 10 * i * MS, f"{time_ns}")
             base = matrix(*red(0.01 * i)) if moves_base else np.eye(4)
             upper = base @ matrix([0, 0, 0.1], quaternion((0, 0, 1), 0.5)) @ matrix([0, 0, 0], quaternion((0, 1, 0), 0.02 * i))
             wanted = {"base": base, "upper": upper, "finger": upper @ matrix([0.5 - 0.01 * i, 0, 0.5], [0, 0, 0, 1])}
+            wanted["tip"] = wanted["finger"] @ matrix([0, 0, 0.2], [0, 0, 0, 1])
             for node, pose in zip(names, poses):
                 worst = max(worst, np.abs(pose - wanted[node][:3]).max())
         check(worst < 1e-6, f"{name}: poses differ by {worst}")
