@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 constexpr const char* kLooseFolder = "images";
 constexpr const char* kListName = "shards.json";
 constexpr uint64_t kMaxListBytes = 1 << 26;
-constexpr uint64_t kMaxLooseBytes = uint64_t{2} << 30;  // of a file of an image
 
 std::string shard_name(uint64_t shard) {
   return "shard-" + six_digits(shard) + ".tar";
@@ -134,7 +133,7 @@ Result<std::vector<uint8_t>> WebDatasetLayout::read_file(const fs::path& folder,
                                                          const std::string& name) const {
   std::error_code fault;
   if (fs::exists(fs::symlink_status(folder / name, fault)))
-    return read_whole_file(folder / name, kMaxLooseBytes);
+    return read_whole_file(folder / name, kMaxFileBytes);
   auto text = read_whole_file(folder / kListName, kMaxListBytes);
   if (!text) return text.error();
   const auto list = nlohmann::json::parse(text->begin(), text->end(), nullptr, false);
@@ -144,7 +143,7 @@ Result<std::vector<uint8_t>> WebDatasetLayout::read_file(const fs::path& folder,
     if (images == list[i].end() || !images->is_number_unsigned()) break;
     end += images->get<uint64_t>();
     if (image < end)
-      return read_tar_file(folder / shard_name(i), fs::path(name).filename().string(), kMaxLooseBytes);
+      return read_tar_file(folder / shard_name(i), fs::path(name).filename().string(), kMaxFileBytes);
   }
   return Error{(folder / kListName).string() + " names no archive with image " + std::to_string(image)};
 }
