@@ -13,7 +13,7 @@ layout(constant_id = FIRE3DV_VARIANT_SHADOWS) const uint kShadows = FIRE3DV_SHAD
 layout(constant_id = FIRE3DV_VARIANT_TEXTURES) const bool kTextures = true;
 layout(constant_id = FIRE3DV_VARIANT_MASKS) const bool kMasks = true;
 layout(constant_id = FIRE3DV_VARIANT_SECOND_UV) const bool kSecondUv = true;
-// True for views of several worlds in one dispatch.
+// True for several views in one dispatch, which may show several worlds.
 layout(constant_id = FIRE3DV_VARIANT_WORLDS) const bool kSeveralWorlds = false;
 // Those of FIRE3DV_MATERIAL_OPTIONAL that a material of the scene has.
 layout(constant_id = FIRE3DV_VARIANT_MATERIAL_FLAGS) const uint kMaterialFlags = FIRE3DV_MATERIAL_OPTIONAL;

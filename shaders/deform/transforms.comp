@@ -3,17 +3,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/buffers.glsl"
+#include "common/push_of_group.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { TransformsPush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer TransformsPushRef { TransformsPush at[]; };
-// Parameters of the group's world. With several in one dispatch, the pushed sources address their records.
-TransformsPush push;
-TransformsPush push_of_group() {
-  TransformsPush own = pushed;
-  if (kSeveralWorlds) own = TransformsPushRef(pushed.sources).at[gl_WorkGroupID.y];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(TransformsPush, TransformsPushRef, sources, gl_WorkGroupID.y)
 
 void place_light(uint index, AffineRows world_from_light) {
   const LightRecord record = LightRef(push.lights).at[index];

@@ -4,19 +4,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
+#include "common/push_of_group.glsl"
 #include "post/other_image.glsl"
 #include "shading/shown_surface.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { OutputsPush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer OutputsPushRef { OutputsPush at[]; };
-// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
-OutputsPush push;
-OutputsPush push_of_group() {
-  OutputsPush own = pushed;
-  if (kSeveralWorlds) own = OutputsPushRef(pushed.globals).at[gl_WorkGroupID.z];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(OutputsPush, OutputsPushRef, globals, gl_WorkGroupID.z)
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer OutputsWantedRef { OutputsWanted value; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer PartLabelsRef { PartLabels at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer FloatOut { float at[]; };

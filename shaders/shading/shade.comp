@@ -7,6 +7,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
+#include "common/push_of_group.glsl"
 #include "shading/pixel_surfaces.glsl"
 #include "common/visible_triangle.glsl"
 #include "shading/shading.glsl"
@@ -22,14 +23,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { ShadePush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadePushRef { ShadePush at[]; };
-// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
-ShadePush push;
-ShadePush push_of_group() {
-  ShadePush own = pushed;
-  if (kSeveralWorlds) own = ShadePushRef(pushed.globals).at[gl_WorkGroupID.z];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(ShadePush, ShadePushRef, globals, gl_WorkGroupID.z)
 layout(set = 1, binding = FIRE3DV_BINDING_DISPLAY, rgba8) uniform writeonly image2D display;
 #ifdef FIRE3DV_UNRESOLVED
 #if FIRE3DV_SAMPLES == 4

@@ -4,6 +4,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/halves.glsl"
+#include "common/push_of_group.glsl"
 #include "visibility/interleaved_groups.glsl"
 #include "common/pixel_ids.glsl"
 #include "common/visible_triangle.glsl"
@@ -20,14 +21,7 @@
 
 layout(local_size_x = 8) in;  // for 64 pixels, see main
 layout(push_constant, scalar) uniform Push { ShadePush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer ShadePushRef { ShadePush at[]; };
-// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
-ShadePush push;
-ShadePush push_of_group() {
-  ShadePush own = pushed;
-  if (kSeveralWorlds) own = ShadePushRef(pushed.globals).at[gl_WorkGroupID.z];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(ShadePush, ShadePushRef, globals, gl_WorkGroupID.z)
 // The image's globals; not 0 ends its draws, see gpu/submission_limits.h.
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly volatile buffer ImageGlobals { Globals globals; uint64_t ends_early; };
 bool is_ended() { return ImageGlobals(push.globals).ends_early != 0ul; }

@@ -2,19 +2,13 @@
 // per-part and per-caster data of the shadow test.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "common/push_of_group.glsl"
 #include "visibility/planar_casters.glsl"
 #include "visibility/level_choice.glsl"
 
 layout(local_size_x = FIRE3DV_LIGHT_VIEW_THREADS) in;
 layout(push_constant, scalar) uniform Push { LightViewsPush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer LightViewsPushRef { LightViewsPush at[]; };
-// Parameters of the group's world. With several in one dispatch, the pushed globals address their records.
-LightViewsPush push;
-LightViewsPush push_of_group() {
-  LightViewsPush own = pushed;
-  if (kSeveralWorlds) own = LightViewsPushRef(pushed.globals).at[gl_WorkGroupID.y];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(LightViewsPush, LightViewsPushRef, globals, gl_WorkGroupID.y)
 
 shared vec3 low_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];
 shared vec3 high_of_thread[FIRE3DV_LIGHT_VIEW_THREADS];

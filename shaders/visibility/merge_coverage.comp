@@ -4,18 +4,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/pixel_ids.glsl"
+#include "common/push_of_group.glsl"
 #include "common/visible_triangle.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { CoverageMergePush pushed; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer CoverageMergePushRef { CoverageMergePush at[]; };
-// Parameters of the group's view. With several in one dispatch, the pushed globals address their records.
-CoverageMergePush push;
-CoverageMergePush push_of_group() {
-  CoverageMergePush own = pushed;
-  if (kSeveralWorlds) own = CoverageMergePushRef(pushed.globals).at[gl_WorkGroupID.z];
-  return own;
-}
+FIRE3DV_DEFINE_PUSH_OF_GROUP(CoverageMergePush, CoverageMergePushRef, globals, gl_WorkGroupID.z)
 
 // Merge conditions: same part, nearly the same normal, and samples within half a pixel's width of the other
 // plane. Large triangles are skipped, since few pixels show several.

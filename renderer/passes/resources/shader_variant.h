@@ -13,7 +13,7 @@ namespace fire3dv::passes {
 struct ShaderVariant {
   uint32_t shadows = FIRE3DV_SHADOWS_ANY;
   bool textures = true, masks = true, second_uv = true;
-  bool several_worlds = false;                          // in one dispatch
+  bool several_worlds = false;                          // several views, or worlds, in one dispatch
   uint32_t material_flags = FIRE3DV_MATERIAL_OPTIONAL;  // of them those that a material has
   bool operator==(const ShaderVariant&) const = default;
 
