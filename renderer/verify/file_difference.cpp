@@ -38,6 +38,12 @@ std::string color_text(const uint8_t* pixel, bool has_alpha) {
   return text;
 }
 
+// png: accepted by decode_png(), so that its first chunk is IHDR.
+bool has_16_bits(Bytes png) {
+  constexpr size_t kBitDepthAt = 24;
+  return png[kBitDepthAt] == 16;
+}
+
 std::optional<std::string> png_difference(Bytes stored, Bytes drawn) {
   const auto before = sinks::decode_png(stored), now = sinks::decode_png(drawn);
   if (!before) return before.error().message;
@@ -45,8 +51,12 @@ std::optional<std::string> png_difference(Bytes stored, Bytes drawn) {
   constexpr uint64_t kMaxPixels = sinks::PngLimits().max_pixels;
   const auto gray_before = decode_gray16(stored, kMaxPixels), gray_now = decode_gray16(drawn, kMaxPixels);
   if (!gray_before || !gray_now || gray_before->width != gray_now->width ||
-      gray_before->height != gray_now->height)
-    return pixel_difference(before->image, now->image);
+      gray_before->height != gray_now->height) {
+    if (auto difference = pixel_difference(before->image, now->image)) return difference;
+    // decode_png() has dropped the low bytes of 16-bit channels.
+    if (has_16_bits(stored) || has_16_bits(drawn)) return "it is not a grey image of 16 bits in both";
+    return std::nullopt;
+  }
   const auto [a, b] = std::mismatch(gray_before->pixels.begin(), gray_before->pixels.end(),
                                     gray_now->pixels.begin(), gray_now->pixels.end());
   if (a == gray_before->pixels.end()) return std::nullopt;

@@ -28,7 +28,7 @@ bool may_be_used(const std::string& command, std::string_view option) {
 fs::path file_beside(const fs::path& folder, const std::string* name) {
   if (!name || name->empty() || fs::path(*name).filename() != *name) return {};
   std::error_code fault;
-  const fs::path path = folder / *name;
+  const fs::path path = (folder.empty() ? fs::path(".") : folder) / *name;  // never an option of the run
   return fs::is_regular_file(fs::symlink_status(path, fault)) ? path : fs::path();
 }
 

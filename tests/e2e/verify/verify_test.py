@@ -171,6 +171,13 @@ def hostile_texts_open_nothing(test):
     for option in ("out", "record", "environment", "overlay", "cache", "config", "assets", "listen", "keypoints", "scene=x"):
         refused({**good, "options": [[option, secret]]}, f'the option "--{option}"', scene)
         refused({**good, "command": "dataset", "options": [[option, secret]]}, f'the option "--{option}"', scene)
+    # A file beside the image is never an option, though no folder comes before its name.
+    shutil.copy(scene, test.path("--frame-all"))
+    with_provenance(image, out, {**good, "files": {"scene": "--frame-all"}})
+    program = Program(test, "verify", ["bash", "-c", f"cd '{test.folder}' && exec '{test.programs_at['fire3dv']}' verify hostile.png --cache off"],
+                      vulkan_environment())
+    program.expect_exit(IDENTICAL)
+    check("./--frame-all" in program.stderr_text() + "".join(program.out), program.stderr_text())
     with open(out, "wb") as file:
         file.write(b"no image")
     check("cannot be checked" in verify(test, out, scene, code=UNCHECKED), "no PNG")

@@ -60,6 +60,14 @@ TEST(FileDifference, NamesThePixelOfDepth) {
   EXPECT_EQ(file_difference("a.png", before, dataset::encode_gray_png(depth, 3, 2)),
             "pixel (1, 1) is 4 in the file and 5 here");
   EXPECT_FALSE(decode_gray16(before, 5).has_value());
+  // The same high bytes in 8 bits are another image.
+  const Bytes dark = dataset::encode_gray_png(std::vector<uint16_t>{0, 1, 2, 3, 4, 5}, 3, 2);
+  sinks::FrameImage black;
+  black.width = 3;
+  black.height = 2;
+  for (int i = 0; i < 6; ++i) black.rgba8.insert(black.rgba8.end(), {0, 0, 0, 255});
+  EXPECT_EQ(file_difference("a.png", png_of(black), dark), "it is not a grey image of 16 bits in both");
+  EXPECT_EQ(file_difference("a.png", dark, png_of(black)), "it is not a grey image of 16 bits in both");
   for (size_t bytes = 0; bytes < before.size(); ++bytes)
     (void)decode_gray16(std::span(before).first(bytes), 100);
   EXPECT_FALSE(decode_gray16(png_of(image_of(1)), 100).has_value());
