@@ -57,6 +57,15 @@ Result<Handle> open_file(const Hdf5Library& hdf5, const std::filesystem::path& f
   return opened;
 }
 
+// Settings of access that refuse links to other files, which could be any file or pipe. They hold for groups,
+// too.
+Result<Handle> refuse_links(const Hdf5Library& hdf5) {
+  Handle access(hdf5.H5Pcreate(hdf5.H5P_CLS_DATASET_ACCESS_ID_g), hdf5.H5Pclose);
+  if (!access.is_open() || hdf5.H5Pset_elink_cb(access.get(), refuse_link, nullptr) < 0)
+    return Error{"the HDF5 library has no settings of links"};
+  return access;
+}
+
 // "demo_9" before "demo_10".
 bool comes_before(const std::string& a, const std::string& b) {
   const auto key = [](const std::string& name) {
@@ -75,15 +84,17 @@ Result<std::vector<std::string>> list_hdf5_group(const std::filesystem::path& fi
   const Hdf5Library& hdf5 = **loaded;
   const Result<Handle> opened = open_file(hdf5, file);
   if (!opened) return opened.error();
+  const Result<Handle> access = refuse_links(hdf5);
+  if (!access) return access.error();
   H5G_info_t info{};
-  if (hdf5.H5Gget_info_by_name(opened->get(), group.c_str(), &info, H5P_DEFAULT) < 0)
+  if (hdf5.H5Gget_info_by_name(opened->get(), group.c_str(), &info, access->get()) < 0)
     return Error{quote(file.string()) + " has no group " + group};
   if (info.nlinks > kMaxMembers) return Error{quote(file.string()) + ": " + group + " has too many members"};
   std::vector<std::string> names;
   for (hsize_t i = 0; i < info.nlinks; ++i) {
     std::array<char, 256> name{};
     const ssize_t length = hdf5.H5Lget_name_by_idx(opened->get(), group.c_str(), H5_INDEX_NAME, H5_ITER_INC,
-                                                   i, name.data(), name.size(), H5P_DEFAULT);
+                                                   i, name.data(), name.size(), access->get());
     if (length <= 0 || static_cast<size_t>(length) >= name.size())
       return Error{quote(file.string()) + ": " + group + " has a name that cannot be read"};
     names.emplace_back(name.data());
@@ -108,9 +119,9 @@ Result<Hdf5Table> Hdf5Table::open(const std::filesystem::path& file, const std::
   Result<Handle> opened = open_file(hdf5, file);
   if (!opened) return opened.error();
   const std::string name = quote(file.string()) + ": " + path;
-  const Handle access(hdf5.H5Pcreate(hdf5.H5P_CLS_DATASET_ACCESS_ID_g), hdf5.H5Pclose);
-  hdf5.H5Pset_elink_cb(access.get(), refuse_link, nullptr);
-  Handle array(hdf5.H5Dopen2(opened->get(), path.c_str(), access.get()), hdf5.H5Dclose);
+  const Result<Handle> access = refuse_links(hdf5);
+  if (!access) return access.error();
+  Handle array(hdf5.H5Dopen2(opened->get(), path.c_str(), access->get()), hdf5.H5Dclose);
   if (!array.is_open()) return Error{quote(file.string()) + " has no array " + path};
   const Handle settings(hdf5.H5Dget_create_plist(array.get()), hdf5.H5Pclose);
   const H5D_layout_t layout = hdf5.H5Pget_layout(settings.get());

@@ -107,9 +107,14 @@ def a_wrong_choice_is_named(test):
         check(reason in said, f"{name}: {said}")
     with h5py.File(test.path("link.hdf5"), "w") as file:
         file.create_group("data/demo_0")["states"] = h5py.ExternalLink("some.hdf5", "/data/demo_1/states")
+    os.mkfifo(test.path("pipe"))  # who opens it waits without end
+    for name, target in (("group", "some.hdf5"), ("pipe link", "pipe")):
+        with h5py.File(test.path(f"{name}.hdf5"), "w") as file:
+            file["data"] = h5py.ExternalLink(target, "/data")
     with h5py.File(test.path("texts.hdf5"), "w") as file:
         file.create_dataset("data/demo_0/states", data=np.full((3, 25), b"x"))
-    for name, reason in (("link", "has no array /data/demo_0/states"), ("texts", "cannot be read as numbers")):
+    for name, reason in (("link", "has no array /data/demo_0/states"), ("group", "has no group /data"), ("pipe link", "has no group /data"),
+                         ("texts", "cannot be read as numbers")):
         said = relabel(test, test.path(f"{name}.hdf5"), model_of(test), "--out", out, code=1)
         check(reason in said, f"{name}: {said}")
     check(not os.path.exists(out), "a file of a failed import")
