@@ -11,6 +11,8 @@ namespace {
 
 constexpr size_t kMaxReasons = 50;
 constexpr int64_t kMaxTimeNs = int64_t{1} << 62;  // 2116; recordings hold no later time
+// 1 day. Where all stamps are later, the clock does not begin at 0: a stamp of 0 is none.
+constexpr int64_t kMaxSimulatorStartNs = 86'400'000'000'000;
 
 }  // namespace
 
@@ -58,58 +60,106 @@ Result<BatchReader> BatchReader::open(MessageSource& source) {
       "foxglove.FrameTransform"};
 }
 
-Result<void> BatchReader::rewind(bool uses_log_times) {
-  uses_log_times_ = uses_log_times;
+Result<void> BatchReader::rewind() {
+  times_.resize(source_->topics().size());
   return source_->rewind(topics_);
 }
 
-std::optional<int64_t> BatchReader::time_of(int64_t stamp_ns, uint64_t log_time_ns) const {
-  if (uses_log_times_) stamp_ns = static_cast<int64_t>(std::min<uint64_t>(log_time_ns, kMaxTimeNs));
-  if (stamp_ns < 0 || stamp_ns >= kMaxTimeNs - kTimeOffsetNs) return std::nullopt;
+bool BatchReader::choose_clocks() {
+  is_without_stamps_ = std::none_of(times_.begin(), times_.end(), [](const TopicTimes& times) {
+    return times.has_stamps() && !times.is_static;
+  });
+  bool has_changed = false;
+  for (TopicTimes& times : times_) {
+    Clock clock = Clock::stamps;
+    if (is_without_stamps_ || (times.has_zero && !times.has_stamps() && !times.is_static))
+      clock = Clock::log_times;
+    else if (times.has_zero && !times.is_static && times.first_stamp_ns > kMaxSimulatorStartNs)
+      clock = Clock::stamps_but_zero;
+    has_changed = has_changed || clock != times.clock;
+    times.clock = clock;
+  }
+  return has_changed;
+}
+
+std::vector<std::string> BatchReader::clock_notes() const {
+  if (!is_without_stamps_) return {};
+  return {"the messages have no stamps: log times count"};
+}
+
+std::vector<std::string> BatchReader::clock_warnings() const {
+  std::vector<std::string> sentences;
+  if (is_without_stamps_) return sentences;
+  for (size_t i = 0; i < times_.size(); ++i)
+    if (times_[i].clock == Clock::log_times)
+      sentences.push_back("the messages of topic " + quote(source_->topics()[i].name) +
+                          " have no stamps: their log times count");
+  return sentences;
+}
+
+std::optional<int64_t> BatchReader::time_of(int64_t stamp_ns, const SourceMessage& raw, Faults& faults,
+                                            const std::string& what, const std::string& detail) {
+  TopicTimes& times = times_[raw.topic];
+  times.is_static = batch_.is_static;
+  if (stamp_ns == 0)
+    times.has_zero = true;
+  else if (stamp_ns > 0)
+    times.first_stamp_ns = std::min(times.first_stamp_ns, stamp_ns);
+  if (stamp_ns == 0 && times.clock == Clock::stamps_but_zero) {
+    faults.add(batch_, what, "it has no stamp, but others of its topic have one", detail);
+    return std::nullopt;
+  }
+  if (times.clock == Clock::log_times)
+    stamp_ns = static_cast<int64_t>(std::min<uint64_t>(raw.log_time_ns, kMaxTimeNs));
+  if (stamp_ns < 0 || stamp_ns >= kMaxTimeNs - kTimeOffsetNs) {
+    faults.add(batch_, what, "its time is before 1970 or after 2116", detail);
+    return std::nullopt;
+  }
   return stamp_ns + kTimeOffsetNs;
 }
 
-Result<const Batch*> BatchReader::next(Faults& faults) {
-  constexpr const char* kNoTime = "its time is before 1970 or after 2116";
-  while (true) {
-    Result<std::optional<SourceMessage>> message = source_->next();
-    if (!message) return message.error();
-    if (!*message) return nullptr;
-    const SourceMessage& raw = **message;
-    const Topic& topic = source_->topics()[raw.topic];
-    batch_.topic = &topic;
-    batch_.number = raw.number;
-    batch_.is_static = topic.name.ends_with("tf_static");
+void BatchReader::read_transforms(const SourceMessage& raw, Faults& faults) {
+  if (Result<void> decoded = decode(*batch_.topic, raw.message, batch_.transforms); !decoded) {
     batch_.transforms.clear();
-    batch_.joints.reset();
-    if (content_of(topic) == Content::transforms) {
-      if (Result<void> decoded = decode(topic, raw.message, batch_.transforms); !decoded) {
-        faults.add(batch_, "message", decoded.error().message, "");
-        continue;
-      }
-      std::erase_if(batch_.transforms, [&](TransformSample& sample) {
-        const std::optional<int64_t> time = time_of(sample.stamp_ns, raw.log_time_ns);
-        if (time)
-          sample.stamp_ns = *time;
-        else
-          faults.add(batch_, "transform", kNoTime, "frame " + quote(sample.child));
-        return !time;
-      });
-      if (batch_.transforms.empty()) continue;
-    } else {
-      JointState state;
-      if (Result<void> decoded = decode(topic, raw.message, state); !decoded) {
-        faults.add(batch_, "message", decoded.error().message, "");
-        continue;
-      }
-      const std::optional<int64_t> time = time_of(state.stamp_ns, raw.log_time_ns);
-      if (!time) faults.add(batch_, "message", kNoTime, "");
-      if (!time || state.positions.empty()) continue;
-      state.stamp_ns = *time;
-      batch_.joints = std::move(state);
-    }
-    return &batch_;
+    faults.add(batch_, "message", decoded.error().message, "");
+    return;
   }
+  std::erase_if(batch_.transforms, [&](TransformSample& sample) {
+    const std::optional<int64_t> time =
+        time_of(sample.stamp_ns, raw, faults, "transform", "frame " + quote(sample.child));
+    if (time) sample.stamp_ns = *time;
+    return !time;
+  });
+}
+
+void BatchReader::read_joints(const SourceMessage& raw, Faults& faults) {
+  JointState state;
+  if (Result<void> decoded = decode(*batch_.topic, raw.message, state); !decoded) {
+    faults.add(batch_, "message", decoded.error().message, "");
+    return;
+  }
+  const std::optional<int64_t> time = time_of(state.stamp_ns, raw, faults, "message", "");
+  if (!time || state.positions.empty()) return;
+  state.stamp_ns = *time;
+  batch_.joints = std::move(state);
+}
+
+Result<const Batch*> BatchReader::next(Faults& faults) {
+  Result<std::optional<SourceMessage>> message = source_->next();
+  if (!message) return message.error();
+  if (!*message) return nullptr;
+  const SourceMessage& raw = **message;
+  const Topic& topic = source_->topics()[raw.topic];
+  batch_.topic = &topic;
+  batch_.number = raw.number;
+  batch_.is_static = topic.name.ends_with("tf_static");
+  batch_.transforms.clear();
+  batch_.joints.reset();
+  if (content_of(topic) == Content::transforms)
+    read_transforms(raw, faults);
+  else
+    read_joints(raw, faults);
+  return &batch_;
 }
 
 }  // namespace fire3dv::imported

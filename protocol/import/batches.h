@@ -48,12 +48,17 @@ class BatchReader {
   // source: borrowed. Fails for a recording without transforms and joint states that can be read.
   static Result<BatchReader> open(MessageSource& source);
 
-  // Begins at the first message. uses_log_times: instead of the stamps of headers, for recordings without
-  // them.
-  Result<void> rewind(bool uses_log_times);
-  // Next message with values; nullptr at the end. Valid until the next call. faults: of messages that cannot
-  // be decoded and of times before 1970 or after 2116.
+  // Begins at the first message.
+  Result<void> rewind();
+  // Next message, without values if nothing of it can be used; nullptr at the end. Valid until the next call.
+  // faults: of messages that cannot be decoded, and of times that are missing, before 1970 or after 2116.
   Result<const Batch*> next(Faults& faults);
+
+  // After a reading: a topic without stamps gets the log times from the next rewind() on, and so do static
+  // transforms if no other topic has stamps. Returns true if another reading gives other times.
+  bool choose_clocks();
+  // Sentences on topics with log times: for all topics, or beside topics with stamps.
+  std::vector<std::string> clock_notes() const, clock_warnings() const;
 
   MessageSource& source() { return *source_; }
   // Topics of these contents that have no decoder, one sentence each.
@@ -61,12 +66,25 @@ class BatchReader {
 
  private:
   explicit BatchReader(MessageSource& source) : source_(&source) {}
-  std::optional<int64_t> time_of(int64_t stamp_ns, uint64_t log_time_ns) const;
+  // Nothing for a time that cannot be used, which becomes a fault. what: noun, such as "transform".
+  std::optional<int64_t> time_of(int64_t stamp_ns, const SourceMessage& raw, Faults& faults,
+                                 const std::string& what, const std::string& detail);
+  void read_transforms(const SourceMessage& raw, Faults& faults);
+  void read_joints(const SourceMessage& raw, Faults& faults);
+
+  enum class Clock : uint8_t { stamps, stamps_but_zero, log_times };
+  struct TopicTimes {
+    bool is_static = false, has_zero = false;
+    int64_t first_stamp_ns = INT64_MAX;  // without zeros
+    Clock clock = Clock::stamps;
+    bool has_stamps() const { return first_stamp_ns != INT64_MAX; }
+  };
 
   MessageSource* source_;
   std::vector<size_t> topics_;
   std::vector<std::string> unreadable_;
-  bool uses_log_times_ = false;
+  std::vector<TopicTimes> times_;  // of each topic of the source
+  bool is_without_stamps_ = false;
   Batch batch_;
 };
 

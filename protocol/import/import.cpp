@@ -39,14 +39,13 @@ class Import {
   BatchReader reader_;
   const ImportOptions& options_;
   std::optional<LinkPoses> links_;
-  bool uses_log_times_ = false;
   Survey survey_;
   Plan plan_;
 };
 
 Result<void> Import::survey() {
   survey_ = Survey();
-  if (Result<void> begun = reader_.rewind(uses_log_times_); !begun) return begun;
+  if (Result<void> begun = reader_.rewind(); !begun) return begun;
   while (true) {
     Result<const Batch*> batch = reader_.next(survey_.faults());
     if (!batch) return batch.error();
@@ -58,7 +57,7 @@ Result<void> Import::survey() {
 
 Result<void> Import::record(PoseRecorder& recorder) {
   Faults repeated;  // reported by the survey
-  if (Result<void> begun = reader_.rewind(uses_log_times_); !begun) return begun;
+  if (Result<void> begun = reader_.rewind(); !begun) return begun;
   while (true) {
     Result<const Batch*> next = reader_.next(repeated);
     if (!next) return next.error();
@@ -78,10 +77,8 @@ Result<void> Import::record(PoseRecorder& recorder) {
 
 Result<ImportReport> Import::run(std::unique_ptr<record::Sink> sink) {
   if (Result<void> done = survey(); !done) return done.error();
-  if (!survey_.has_stamps()) {
-    uses_log_times_ = true;
+  if (reader_.choose_clocks())
     if (Result<void> done = survey(); !done) return done.error();
-  }
   const std::string& file = reader_.source().name();
   Result<Plan> plan = make_plan(file, survey_, links_ ? &*links_ : nullptr, options_);
   if (!plan) return plan.error();
@@ -92,9 +89,10 @@ Result<ImportReport> Import::run(std::unique_ptr<record::Sink> sink) {
 
   ImportReport report;
   report.notes = std::move(plan_.notes);
-  if (uses_log_times_) report.notes.push_back("the messages have no stamps: log times count");
+  for (std::string& text : reader_.clock_notes()) report.notes.push_back(std::move(text));
   report.warnings = reader_.unreadable();
-  for (auto& texts : {reader_.source().take_warnings(), survey_.faults().sentences(), plan_.warnings})
+  for (auto& texts : {reader_.clock_warnings(), reader_.source().take_warnings(),
+                      survey_.faults().sentences(), plan_.warnings})
     report.warnings.insert(report.warnings.end(), texts.begin(), texts.end());
   report.fixed_frame = std::move(plan_.fixed_frame);
   report.nodes = std::move(plan_.nodes);

@@ -1,7 +1,7 @@
 // Import of recordings of other programs: transforms and joint states become a recording of one stream, whose
 // nodes are those of a scene.
 //
-// Time: the stamps of the messages; their log times, if no message has a stamp. A frame is written for each
+// Time: the stamps of the messages; the log times of topics without stamps. A frame is written for each
 // stamp of a coordinate frame that moves and that a node depends on. At such a time all other frames are
 // interpolated, or held where they are silent for more than a second. Before its first transform a frame has
 // this one.

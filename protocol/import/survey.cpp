@@ -10,6 +10,7 @@ namespace {
 
 constexpr size_t kMaxEdges = 4 * frames::FrameBuffer::kMaxFrames;
 constexpr size_t kMaxJoints = 100'000;
+constexpr size_t kShownNameBytes = 40;  // of a name that is too long
 
 }  // namespace
 
@@ -48,15 +49,16 @@ Result<void> Survey::add_transform(const Batch& batch, const TransformSample& sa
 
 Result<void> Survey::add(const Batch& batch) {
   for (const TransformSample& sample : batch.transforms) {
-    if (!batch.is_static && sample.stamp_ns != kTimeOffsetNs) has_stamps_ = true;
     if (Result<void> added = add_transform(batch, sample); !added) return added;
   }
   if (!batch.joints) return {};
   const JointState& state = *batch.joints;
-  if (state.stamp_ns != kTimeOffsetNs) has_stamps_ = true;
   first_joint_ns_ = std::min(first_joint_ns_, state.stamp_ns);
   for (size_t i = 0; i < state.names.size(); ++i) {
-    if (!std::isfinite(state.positions[i]))
+    if (state.names[i].size() > frames::FrameBuffer::kMaxNameBytes)
+      faults_.add(batch, "position", "the joint's name is longer than 255 bytes",
+                  "joint " + quote(state.names[i].substr(0, kShownNameBytes)) + "...");
+    else if (!std::isfinite(state.positions[i]))
       faults_.add(batch, "position", "it is not finite", "joint " + quote(state.names[i]));
     else if (joints_.size() < kMaxJoints)
       joints_.emplace(state.names[i], state.positions[i]);

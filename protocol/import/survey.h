@@ -37,10 +37,9 @@ class Survey {
   const std::vector<SeenFrame>& frames() const { return seen_; }
   // Child and parent, of all times.
   const std::set<std::pair<frames::FrameId, frames::FrameId>>& edges() const { return edges_; }
-  // First position of each joint, their lowest time, and whether messages had stamps.
+  // First position of each joint, and their lowest time.
   const std::map<std::string, double>& joints() const { return joints_; }
   int64_t first_joint_ns() const { return first_joint_ns_; }
-  bool has_stamps() const { return has_stamps_; }
   Faults& faults() { return faults_; }
 
  private:
@@ -52,7 +51,6 @@ class Survey {
   std::set<std::pair<frames::FrameId, frames::FrameId>> edges_;
   std::map<std::string, double> joints_;
   int64_t first_joint_ns_ = INT64_MAX;
-  bool has_stamps_ = false;
   Faults faults_;
 };
 

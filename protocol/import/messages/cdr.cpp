@@ -49,9 +49,11 @@ class CdrReader {
   uint32_t count(size_t least_bytes) {
     const auto value = number<uint32_t>();
     if (!has_failed_ && value > (data_.size() - at_) / least_bytes) has_failed_ = true;
+    if (!has_failed_ && value > kMaxElements) has_failed_ = has_too_many_ = true;
     return has_failed_ ? 0 : value;
   }
   bool has_failed() const { return has_failed_; }
+  bool has_too_many() const { return has_too_many_; }
 
  private:
   CdrReader(std::span<const std::byte> data, bool is_little) : data_(data), is_little_(is_little) {}
@@ -70,10 +72,11 @@ class CdrReader {
   std::span<const std::byte> data_;
   bool is_little_;
   size_t at_ = 0;
-  bool has_failed_ = false;
+  bool has_failed_ = false, has_too_many_ = false;
 };
 
 Result<void> check_end(const CdrReader& reader) {
+  if (reader.has_too_many()) return Error{"it has more than 65536 elements"};
   if (reader.has_failed()) return Error{"it ends before its last field"};
   return {};
 }

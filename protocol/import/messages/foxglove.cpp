@@ -17,6 +17,7 @@ namespace fire3dv::imported {
 namespace {
 
 constexpr int64_t kSecondNs = 1'000'000'000;
+constexpr const char* kTooMany = "it has more than 65536 elements";
 
 // Fields of one message of Protocol Buffers: number, and value or bytes.
 class ProtobufFields {
@@ -171,6 +172,7 @@ Result<void> decode_protobuf_transforms(std::span<const std::byte> message, bool
   ProtobufFields fields(message);
   while (const auto field = fields.next()) {
     if (field->number != 1 || !field->is_bytes) continue;
+    if (samples.size() == kMaxElements) return Error{kTooMany};
     if (Result<void> added = add(field->bytes); !added) return added;
   }
   if (fields.is_damaged()) return Error{"it is no foxglove.FrameTransforms in protobuf"};
@@ -181,18 +183,23 @@ Result<void> decode_json_transforms(std::span<const std::byte> message, bool man
                                     std::vector<TransformSample>& samples) {
   // Deeper values than those of the schema are damage: the parser would recurse.
   constexpr int kMaxDepth = 16;
+  constexpr size_t kMaxEvents = 48 * kMaxElements;  // a transform has 33: its names, values and braces
+  size_t events = 0;
   try {
     const auto* const text = reinterpret_cast<const char*>(message.data());
     const Json value =
-        Json::parse(text, text + message.size(), [](int depth, Json::parse_event_t, const Json&) {
+        Json::parse(text, text + message.size(), [&events](int depth, Json::parse_event_t, const Json&) {
           if (depth > kMaxDepth) throw std::runtime_error("it is nested too deeply");
+          if (++events > kMaxEvents) throw std::runtime_error(kTooMany);
           return true;
         });
     if (!many) {
       samples.push_back(json_transform(value));
       return {};
     }
-    for (const Json& each : value.at("transforms")) samples.push_back(json_transform(each));
+    const Json& transforms = value.at("transforms");
+    if (transforms.size() > kMaxElements) return Error{kTooMany};
+    for (const Json& each : transforms) samples.push_back(json_transform(each));
     return {};
   } catch (const std::exception& fault) {
     return Error{json_fault(fault.what())};

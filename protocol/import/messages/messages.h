@@ -18,6 +18,10 @@ struct Topic {
   std::string name, type, encoding;
 };
 
+// Transforms or joints of one message; more are an error. Bounds the memory, which is many times that of the
+// message.
+constexpr size_t kMaxElements = 65'536;
+
 enum class Content : uint8_t { other, transforms, joint_states };
 
 // stamp_ns: time of the message's header; 0: none.

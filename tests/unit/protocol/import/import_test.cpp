@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "protocol/import/import.h"
+#include "protocol/import/survey.h"
 #include "protocol/record/playback.h"
 #include "protocol/wire/decode.h"
 
@@ -31,30 +32,40 @@ class Made final : public MessageSource {
   }
   Result<std::optional<SourceMessage>> next() override {
     if (at_ == messages_.size()) return std::optional<SourceMessage>();
-    const auto& [log_ms, text] = messages_[at_++];
+    const auto& [topic, log_ms, text] = messages_[at_++];
     return std::optional(
-        SourceMessage{0, log_ms * kMs, at_, std::as_bytes(std::span(text.data(), text.size()))});
+        SourceMessage{topic, log_ms * kMs, at_, std::as_bytes(std::span(text.data(), text.size()))});
   }
   double progress() const override { return 0; }
   std::vector<std::string> take_warnings() override { return {}; }
 
   // A translation along x.
-  void add(uint64_t stamp_ms, const std::string& parent, const std::string& child, double x) {
+  void add(uint64_t stamp_ms, const std::string& parent, const std::string& child, double x,
+           size_t topic = 0) {
     char text[400];
     std::snprintf(text, sizeof text,
                   R"({"timestamp":{"sec":%llu,"nsec":%llu},"parent_frame_id":"%s","child_frame_id":"%s",)"
                   R"("translation":{"x":%.9g,"y":0,"z":0},"rotation":{"x":0,"y":0,"z":0,"w":1}})",
                   static_cast<unsigned long long>(stamp_ms / 1000),
                   static_cast<unsigned long long>(stamp_ms % 1000 * kMs), parent.c_str(), child.c_str(), x);
-    messages_.emplace_back(log_ms_ += 1, text);
+    add_text(text, topic);
+  }
+  void add_text(const std::string& text, size_t topic = 0) {
+    messages_.push_back({topic, log_ms_ += 1, text});
   }
 
   uint64_t log_ms_ = 100'000;
 
  private:
   std::string name_ = "made.mcap";
-  std::vector<Topic> topics_{{"/poses", "foxglove.FrameTransform", "json"}};
-  std::vector<std::pair<uint64_t, std::string>> messages_;
+  std::vector<Topic> topics_{{"/poses", "foxglove.FrameTransform", "json"},
+                             {"/others", "foxglove.FrameTransform", "json"}};
+  struct Message {
+    size_t topic;
+    uint64_t log_ms;
+    std::string text;
+  };
+  std::vector<Message> messages_;
   size_t at_ = 0;
 };
 
@@ -198,6 +209,65 @@ TEST(Import, ZeroIsATimeWhereOthersAreStamped) {
   Made unstamped;  // log times count
   for (uint64_t i = 0; i < 2; ++i) unstamped.add(0, "map", "a", static_cast<double>(i));
   EXPECT_EQ(import_nodes(unstamped, {"a"}).xs, (Xs{{100'001, {0}}, {100'002, {1}}}));
+}
+
+TEST(Import, ATopicWithoutStampsHasLogTimes) {
+  Made made;
+  for (uint64_t i = 0; i < 3; ++i) {
+    made.log_ms_ = 200'000 + 100 * i - 1;
+    made.add(200'000 + 100 * i, "map", "a", static_cast<double>(i));
+    made.log_ms_ = 200'050 + 100 * i - 1;
+    made.add(0, "map", "b", static_cast<double>(10 + i), 1);
+  }
+  const Imported result = import_nodes(made, {"a", "b"});
+  ASSERT_TRUE(result.report.ok());
+  EXPECT_EQ(result.xs, (Xs{{200'000, {0, 10}},
+                           {200'050, {0.5, 10}},
+                           {200'100, {1, 10.5}},
+                           {200'150, {1.5, 11}},
+                           {200'200, {2, 11.5}},
+                           {200'250, {2, 12}}}));
+  EXPECT_EQ(
+      result.report->warnings,
+      (std::vector<std::string>{"the messages of topic \"/others\" have no stamps: their log times count"}));
+}
+
+TEST(Import, AMissingStampIsLeftOut) {
+  constexpr uint64_t kLateMs = 1'700'000'000'000;
+  Made made;
+  made.add(kLateMs, "map", "a", 0);
+  made.add(0, "map", "a", 5);
+  made.add(kLateMs + 100, "map", "a", 1);
+  const Imported result = import_nodes(made, {"a"});
+  ASSERT_TRUE(result.report.ok());
+  EXPECT_EQ(result.xs, (Xs{{kLateMs, {0}}, {kLateMs + 100, {1}}}));
+  EXPECT_EQ(result.report->warnings,
+            (std::vector<std::string>{"1 transform of topic \"/poses\" is left out: it has no stamp, but "
+                                      "others of its topic have one (message 2, frame \"a\")"}));
+}
+
+TEST(Import, StopsWithinMessagesThatCannotBeDecoded) {
+  Made made;
+  for (size_t i = 0; i < 100; ++i) made.add_text("{");
+  ImportOptions options;
+  size_t calls = 0;
+  options.on_progress = [&](double) { return ++calls < 10; };
+  wire::Bytes bytes;
+  const auto report = import_states(made, options, std::make_unique<record::MemorySink>(bytes));
+  ASSERT_FALSE(report.ok());
+  EXPECT_EQ(report.error().message, "stopped");
+  EXPECT_EQ(calls, 10u);
+}
+
+TEST(Import, LongNamesOfJointsAreLeftOut) {
+  const Topic topic{"/joint_states", "sensor_msgs/msg/JointState", "cdr"};
+  Batch batch{.topic = &topic, .number = 1};
+  batch.joints = JointState{1, {std::string(255, 'a'), std::string(256, 'b')}, {1, 2}};
+  Survey survey;
+  ASSERT_TRUE(survey.add(batch).ok());
+  EXPECT_EQ(survey.joints(), (std::map<std::string, double>{{std::string(255, 'a'), 1}}));
+  ASSERT_EQ(survey.faults().sentences().size(), 1u);
+  EXPECT_NE(survey.faults().sentences()[0].find("longer than 255 bytes"), std::string::npos);
 }
 
 TEST(Import, FixedFrame) {

@@ -148,6 +148,47 @@ TEST(ImportMessages, Json) {
   EXPECT_FALSE(decode(kJson, bytes_of("{"), samples).ok());
 }
 
+// Messages of more elements than the limit, and of as many.
+TEST(ImportMessages, TooManyElements) {
+  for (const size_t count : {kMaxElements, kMaxElements + 1}) {
+    const bool is_read = count == kMaxElements;
+    std::vector<TransformSample> samples;
+    Bytes transforms = begin_cdr(), joints = begin_cdr();
+    put(transforms, static_cast<uint32_t>(count));
+    for (size_t i = 0; i < count; ++i) {
+      for (int k = 0; k < 4; ++k) put(transforms, 0);  // stamp, and names of no bytes
+      put_doubles(transforms, {0, 0, 0, 0, 0, 0, 1});
+    }
+    EXPECT_EQ(decode(kTf, transforms, samples).ok(), is_read);
+    EXPECT_EQ(samples.size(), is_read ? count : 0u);
+
+    for (int k = 0; k < 3; ++k) put(joints, 0);
+    put(joints, static_cast<uint32_t>(count));
+    for (size_t i = 0; i < count; ++i) put(joints, 0);
+    put(joints, 0);
+    JointState state;
+    EXPECT_EQ(decode(kJoints, joints, state).ok(), is_read);
+    EXPECT_EQ(state.names.size(), is_read ? count : 0u);
+
+    std::string fields;
+    for (size_t i = 0; i < count; ++i) fields += std::string("\x0a\0", 2);
+    const Topic many{"/a", "foxglove.FrameTransforms", "protobuf"};
+    EXPECT_EQ(decode(many, bytes_of(fields), samples).ok(), is_read);
+    EXPECT_EQ(samples.size(), kMaxElements);
+  }
+  std::string json = R"({"transforms":[0)";
+  for (size_t i = 0; i < kMaxElements; ++i) json += ",0";
+  std::vector<TransformSample> samples;
+  const Result<void> elements = decode(kJson, bytes_of(json + "]}"), samples);
+  ASSERT_FALSE(elements.ok());
+  EXPECT_EQ(elements.error().message, "it has more than 65536 elements");
+  std::string values = "[0";
+  for (size_t i = 0; i < 48 * kMaxElements; ++i) values += ",0";
+  const Result<void> many_values = decode(kJson, bytes_of(values + "]"), samples);
+  ASSERT_FALSE(many_values.ok());
+  EXPECT_EQ(many_values.error().message, "it has more than 65536 elements");
+}
+
 TEST(ImportMessages, Types) {
   EXPECT_EQ(content_of(kTf), Content::transforms);
   EXPECT_EQ(content_of({"/tf", "tf2_msgs/TFMessage", "cdr"}), Content::transforms);
