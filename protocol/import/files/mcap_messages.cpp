@@ -15,7 +15,8 @@ constexpr size_t kMaxWarnings = 20;  // a damaged file may have any number of ch
 
 class McapMessages final : public MessageSource {
  public:
-  explicit McapMessages(record::Reader reader) : reader_(std::move(reader)), name_(reader_.name()) {
+  McapMessages(record::Reader reader, ShouldStop should_stop)
+      : reader_(std::move(reader)), should_stop_(std::move(should_stop)), name_(reader_.name()) {
     for (const auto& [id, channel] : reader_.index().channels) {
       const auto schema = reader_.index().schemas.find(channel.schema_id);
       topic_of_channel_[id] = topics_.size();
@@ -43,6 +44,8 @@ class McapMessages final : public MessageSource {
   Result<std::optional<SourceMessage>> next() override {
     record::Message message;
     while (true) {
+      // Messages of other topics may be many.
+      if (should_stop_ && should_stop_()) return Error{"stopped"};
       switch (reader_.next(message)) {
         case record::Reader::Step::end:
           return std::optional<SourceMessage>();
@@ -70,6 +73,7 @@ class McapMessages final : public MessageSource {
   }
 
   record::Reader reader_;
+  ShouldStop should_stop_;
   std::string name_;
   std::vector<Topic> topics_;
   std::map<uint16_t, size_t> topic_of_channel_;
@@ -80,14 +84,15 @@ class McapMessages final : public MessageSource {
 
 }  // namespace
 
-Result<std::unique_ptr<MessageSource>> open_mcap_messages(const std::string& path) {
+Result<std::unique_ptr<MessageSource>> open_mcap_messages(const std::string& path,
+                                                          const ShouldStop& should_stop) {
   auto source = record::open_source(path);
   if (!source) return source.error();
   record::ReadLimits limits;
   limits.memory_bytes = kReadMemoryBytes;
   Result<record::Reader> reader = record::Reader::open(std::move(*source), limits);
   if (!reader) return reader.error();
-  return std::unique_ptr<MessageSource>(std::make_unique<McapMessages>(std::move(*reader)));
+  return std::unique_ptr<MessageSource>(std::make_unique<McapMessages>(std::move(*reader), should_stop));
 }
 
 }  // namespace fire3dv::imported

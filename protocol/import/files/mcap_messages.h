@@ -9,6 +9,7 @@
 
 namespace fire3dv::imported {
 
-Result<std::unique_ptr<MessageSource>> open_mcap_messages(const std::string& path);
+Result<std::unique_ptr<MessageSource>> open_mcap_messages(const std::string& path,
+                                                          const ShouldStop& should_stop);
 
 }  // namespace fire3dv::imported

@@ -17,22 +17,25 @@ namespace {
 
 constexpr size_t kMaxFiles = 10'000;  // of a folder
 
-Result<std::unique_ptr<MessageSource>> open_file(const std::filesystem::path& path) {
-  return is_sqlite_file(path) ? open_sqlite_messages(path) : open_mcap_messages(path.string());
+Result<std::unique_ptr<MessageSource>> open_file(const std::filesystem::path& path,
+                                                 const ShouldStop& should_stop) {
+  return is_sqlite_file(path) ? open_sqlite_messages(path, should_stop)
+                              : open_mcap_messages(path.string(), should_stop);
 }
 
 // Files of a folder, one after the other. One is open at a time.
 class FolderMessages final : public MessageSource {
  public:
   static Result<std::unique_ptr<MessageSource>> open(const std::filesystem::path& folder,
-                                                     std::vector<std::filesystem::path> files) {
-    auto messages = std::make_unique<FolderMessages>(folder.string(), std::move(files));
+                                                     std::vector<std::filesystem::path> files,
+                                                     const ShouldStop& should_stop) {
+    auto messages = std::make_unique<FolderMessages>(folder.string(), std::move(files), should_stop);
     for (size_t file = 0; file < messages->files_.size(); ++file)
       if (Result<void> opened = messages->open_part(file); !opened) return opened.error();
     return std::unique_ptr<MessageSource>(std::move(messages));
   }
-  FolderMessages(std::string name, std::vector<std::filesystem::path> files)
-      : name_(std::move(name)), files_(std::move(files)) {}
+  FolderMessages(std::string name, std::vector<std::filesystem::path> files, ShouldStop should_stop)
+      : name_(std::move(name)), files_(std::move(files)), should_stop_(std::move(should_stop)) {}
 
   const std::string& name() const override { return name_; }
   const std::vector<Topic>& topics() const override { return topics_; }
@@ -73,7 +76,7 @@ class FolderMessages final : public MessageSource {
     return part_->rewind(wanted);
   }
   Result<void> open_part(size_t file) {
-    auto part = open_file(files_[file]);
+    auto part = open_file(files_[file], should_stop_);
     if (!part) return part.error();
     part_ = std::move(*part);
     file_ = file;
@@ -93,6 +96,7 @@ class FolderMessages final : public MessageSource {
 
   std::string name_;
   std::vector<std::filesystem::path> files_;
+  ShouldStop should_stop_;
   std::vector<Topic> topics_;
   std::map<std::tuple<std::string, std::string, std::string>, size_t> index_;  // of topics_
   std::vector<bool> is_wanted_;
@@ -116,9 +120,10 @@ bool comes_before(const std::filesystem::path& a, const std::filesystem::path& b
 
 }  // namespace
 
-Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path& path) {
+Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path& path,
+                                                     const ShouldStop& should_stop) {
   std::error_code fault;
-  if (!std::filesystem::is_directory(path, fault)) return open_file(path);
+  if (!std::filesystem::is_directory(path, fault)) return open_file(path, should_stop);
   std::vector<std::filesystem::path> files;
   for (std::filesystem::directory_iterator at(path, fault), end; !fault && at != end; at.increment(fault)) {
     if (!is_message_file(at->path())) continue;
@@ -132,7 +137,7 @@ Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path
     return Error{quote(path.string()) +
                  " has no .mcap or .db3 file: name a recording, or the folder of a bag"};
   std::sort(files.begin(), files.end(), comes_before);
-  return FolderMessages::open(path, std::move(files));
+  return FolderMessages::open(path, std::move(files), should_stop);
 }
 
 }  // namespace fire3dv::imported

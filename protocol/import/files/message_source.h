@@ -40,8 +40,12 @@ class MessageSource {
   virtual std::vector<std::string> take_warnings() = 0;
 };
 
+// True: end with the error "stopped". Called often within long searches; may be empty.
+using ShouldStop = std::function<bool()>;
+
 // Opens an MCAP or SQLite file, or the folder of a ROS 2 bag with such files, which are read one after the
 // other.
-Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path& path);
+Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path& path,
+                                                     const ShouldStop& should_stop = {});
 
 }  // namespace fire3dv::imported

@@ -27,6 +27,7 @@ Result<SqliteLibrary> load() {
   FIRE3DV_FIND(sqlite3_open_v2);
   FIRE3DV_FIND(sqlite3_close_v2);
   FIRE3DV_FIND(sqlite3_limit);
+  FIRE3DV_FIND(sqlite3_progress_handler);
   FIRE3DV_FIND(sqlite3_prepare_v2);
   FIRE3DV_FIND(sqlite3_step);
   FIRE3DV_FIND(sqlite3_finalize);

@@ -20,6 +20,8 @@ struct SqliteLibrary {
   int (*sqlite3_open_v2)(const char* file, sqlite3** database, int flags, const char* vfs) = nullptr;
   int (*sqlite3_close_v2)(sqlite3* database) = nullptr;
   int (*sqlite3_limit)(sqlite3* database, int limit, int value) = nullptr;
+  void (*sqlite3_progress_handler)(sqlite3* database, int instructions, int (*handler)(void*),
+                                   void* argument) = nullptr;
   int (*sqlite3_prepare_v2)(sqlite3* database, const char* sql, int bytes, sqlite3_stmt** statement,
                             const char** rest) = nullptr;
   int (*sqlite3_step)(sqlite3_stmt* statement) = nullptr;

@@ -12,6 +12,7 @@ namespace fire3dv::imported {
 // True for a file that begins as SQLite's do.
 bool is_sqlite_file(const std::filesystem::path& path);
 
-Result<std::unique_ptr<MessageSource>> open_sqlite_messages(const std::filesystem::path& path);
+Result<std::unique_ptr<MessageSource>> open_sqlite_messages(const std::filesystem::path& path,
+                                                            const ShouldStop& should_stop);
 
 }  // namespace fire3dv::imported
