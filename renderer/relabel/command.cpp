@@ -1,20 +1,24 @@
 #include "renderer/relabel/command.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
-#include "base/digest.h"
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/process/progress.h"
 #include "protocol/import/import.h"
+#include "protocol/record/mcap/file.h"
 #include "protocol/record/playback.h"
 #include "protocol/robot/robot_file.h"
 #include "renderer/app/stop_signals.h"
@@ -61,6 +65,40 @@ void log_report(const RelabelOptions& options, const scene::Scene& scene,
               seconds(report.first_ns) + " to " + seconds(report.last_ns) + origin);
 }
 
+// Compares what is written with a file.
+class ComparingSink final : public record::Sink {
+ public:
+  // is_equal: becomes false at the first difference; borrowed.
+  ComparingSink(std::unique_ptr<record::Source> wanted, bool& is_equal)
+      : wanted_(std::move(wanted)), is_equal_(is_equal) {}
+
+  Result<void> append(std::span<const std::byte> bytes) override {
+    is_equal_ = is_equal_ && bytes.size() <= wanted_->size() - at_;
+    if (!is_equal_) return Error{quote(name()) + " is shorter"};
+    buffer_.resize(bytes.size());
+    if (Result<void> read = wanted_->read(at_, buffer_); !read) return read;
+    is_equal_ = std::equal(bytes.begin(), bytes.end(), buffer_.begin());
+    if (!is_equal_) return Error{quote(name()) + " differs"};
+    at_ += bytes.size();
+    return {};
+  }
+  Result<void> truncate(uint64_t length) override {
+    at_ = length;
+    return {};
+  }
+  Result<void> finish() override {
+    is_equal_ = is_equal_ && at_ == wanted_->size();
+    return {};
+  }
+  const std::string& name() const override { return wanted_->name(); }
+
+ private:
+  std::unique_ptr<record::Source> wanted_;
+  bool& is_equal_;
+  std::vector<std::byte> buffer_;
+  uint64_t at_ = 0;
+};
+
 class Relabel {
  public:
   explicit Relabel(const RelabelOptions& options) : options_(options) {}
@@ -69,16 +107,18 @@ class Relabel {
   Result<void> import_states();
 
  private:
-  Result<void> write(const std::filesystem::path& to);
+  Result<void> write(std::unique_ptr<record::Sink> sink);
+  // For a run that continues: the recording must be that of the images that are there.
+  Result<void> compare();
 
   const RelabelOptions& options_;
 };
 
-Result<void> Relabel::write(const std::filesystem::path& to) {
+Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
   const bool is_demonstration = is_hdf5_file(options_.states);
   std::unique_ptr<imported::MessageSource> messages;
   if (!is_demonstration) {
-    auto opened = imported::open_messages(options_.states);
+    auto opened = imported::open_messages(options_.states, app::stop_was_requested);
     if (!opened) return opened.error();
     messages = std::move(*opened);
   }
@@ -112,11 +152,9 @@ Result<void> Relabel::write(const std::filesystem::path& to) {
   if (is_demonstration && !choices.robot)
     return Error{quote(options_.drawing.scene.string()) +
                  " has no joints: name the model.xml of the demonstration as the scene"};
-  auto sink = record::create_atomic_sink(to.string());
-  if (!sink) return sink.error();
   auto report = is_demonstration ? import_demonstration(options_.states, options_.demo, *choices.robot,
-                                                        choices.on_progress, std::move(*sink))
-                                 : imported::import_states(*messages, choices, std::move(*sink));
+                                                        choices.on_progress, std::move(sink))
+                                 : imported::import_states(*messages, choices, std::move(sink));
   if (!report) return report.error();
   if (is_demonstration) {
     for (const std::string& name : choices.robot->node_names())
@@ -129,24 +167,29 @@ Result<void> Relabel::write(const std::filesystem::path& to) {
 }
 
 Result<void> Relabel::import_states() {
-  constexpr uint64_t kMaxBytes = uint64_t{1} << 50;
   const std::filesystem::path& recording = options_.recording;
   std::error_code fault;
+  if (std::filesystem::equivalent(options_.states, recording, fault))
+    return Error{quote(options_.states.string()) +
+                 " has the states, and the import would write to it: choose another " +
+                 (options_.dataset ? "folder" : "file") + " with --out"};
   if (recording.has_parent_path()) std::filesystem::create_directories(recording.parent_path(), fault);
-  if (!std::filesystem::exists(recording, fault)) return write(recording);
+  if (!std::filesystem::exists(recording, fault)) {
+    auto sink = record::create_atomic_sink(recording.string());
+    return sink ? write(std::move(*sink)) : sink.error();
+  }
   if (!options_.dataset)
     return Error{quote(recording.string()) + " exists: remove it, or choose another file with --out"};
-  // A run that continues: the recording must be that of the images that are there.
-  const std::filesystem::path again = recording.string() + ".again";
-  std::filesystem::remove(again, fault);
-  if (Result<void> written = write(again); !written) return written;
-  const Result<Digest> now = digest_of_file(again, kMaxBytes);
-  std::filesystem::remove(again, fault);
-  if (!now) return now.error();
-  const Result<Digest> before = digest_of_file(recording, kMaxBytes);
-  if (!before) return before.error();
-  if (*now == *before) return {};
-  return Error{quote(recording.string()) +
+  return compare();
+}
+
+Result<void> Relabel::compare() {
+  auto source = record::open_source(options_.recording.string());
+  if (!source) return source.error();
+  bool is_equal = true;
+  const Result<void> written = write(std::make_unique<ComparingSink>(std::move(*source), is_equal));
+  if (is_equal) return written;
+  return Error{quote(options_.recording.string()) +
                " is of other states, or of another version of this program: remove "
                "it, or choose another folder with --out"};
 }

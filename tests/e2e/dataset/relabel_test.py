@@ -309,7 +309,18 @@ def draws_a_data_set(test):
     check("all images are there already" in said, said)
     bag(test, "drawn.mcap", samples()[:30])
     said = relabel(test, *arguments, code=1)
-    check("is of other states" in said and not os.path.exists(test.path("set.mcap.again")), said)
+    check("is of other states" in said, said)
+    # A run that continues leaves all other files alone.
+    bag(test, "drawn.mcap", samples()[:40])
+    with open(test.path("set.mcap.again"), "w", encoding="utf-8") as file:
+        file.write("notes")
+    before = sorted(os.listdir(test.path("")))
+    relabel(test, *arguments)
+    check(sorted(os.listdir(test.path(""))) == before, "other files than before")
+    # The states never get the name of what is written.
+    for name in ("drawn", "drawn.mcap"):
+        said = relabel(test, states, scene_of(test), *(() if name == "drawn.mcap" else ("--format", "coco")), "--out", test.path(name), code=1)
+        check("would write to it: choose another" in said and "remove" not in said and os.path.exists(states), said)
     # Our own recordings need no import.
     again = test.path("again")
     relabel(test, test.path("set.mcap"), scene_of(test), "--format", "coco", "--out", again, *arguments[6:])
@@ -348,6 +359,14 @@ def faults_are_named(test):
     other.close()
     said = relabel(test, test.path("other.db3"), scene_of(test), "--out", test.path("no.mcap"), code=1)
     check("is no bag of ROS 2" in said, said)
+    for name, columns, reason in (("computed", "data BLOB AS (x'00')", 'column "data" of table messages is computed'),
+                                  ("huge", "data BLOB DEFAULT '" + "x" * (2 << 20) + "'", "too big")):
+        with sqlite3.connect(test.path(f"{name}.db3")) as other:
+            other.execute("CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT)")
+            other.execute(f"CREATE TABLE messages(id INTEGER, topic_id INTEGER, timestamp INTEGER, {columns})")
+        other.close()
+        said = relabel(test, test.path(f"{name}.db3"), scene_of(test), "--out", test.path("no.mcap"), code=1)
+        check(reason in said, f"{name}: {said}")
     said = relabel(test, test.path("missing.mcap"), scene_of(test), "--out", test.path("no.mcap"), code=1)
     check("missing.mcap" in said, said)
     check(not os.path.exists(test.path("no.mcap")), "a file of a failed import")
