@@ -86,6 +86,8 @@ class FolderMessages final : public MessageSource {
       if (is_new) topics_.push_back(topic);
       topics_of_part_.push_back(at->second);
     }
+    if (topics_.size() > kMaxTopics)
+      return Error{quote(name_) + " has more than 65536 topics: name one of its files"};
     counts_.resize(topics_.size());
     is_wanted_.resize(topics_.size());
     return {};

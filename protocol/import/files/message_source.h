@@ -16,6 +16,8 @@
 
 namespace fire3dv::imported {
 
+constexpr size_t kMaxTopics = 65'536;  // of a file, and of all files of a folder
+
 struct SourceMessage {
   size_t topic = 0;  // index into MessageSource::topics()
   uint64_t log_time_ns = 0;

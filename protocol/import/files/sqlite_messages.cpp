@@ -16,8 +16,7 @@ namespace fire3dv::imported {
 namespace {
 
 constexpr int kMaxValueBytes = 64 << 20;
-constexpr int kMaxSchemaBytes = 1 << 20;  // of a value in the schema and in the table of topics
-constexpr size_t kMaxTopics = 65'536;
+constexpr int kMaxSchemaBytes = 1 << 20;       // of a value in the schema and in the table of topics
 constexpr size_t kMaxTopicBytes = 64 << 20;    // of all topics
 constexpr int kInstructionsPerCheck = 10'000;  // of SQLite's program: below a millisecond
 
