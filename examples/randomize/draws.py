@@ -26,7 +26,8 @@ def place(names, apart, box):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out")
-    parser.add_argument("--images", type=int, required=True)
+    parser.add_argument("--images", type=int, required=True, help="of each camera")
+    parser.add_argument("--cameras", type=int, default=1, help="of the set: so many images in succession show a frame")
     parser.add_argument("--names", nargs="+", required=True, help="nodes of the scene")
     parser.add_argument("--apart", type=float, default=0.05, help="metres")
     parser.add_argument("--box", type=float, default=0.2, help="edge of the cube in metres")
@@ -37,7 +38,7 @@ def main():
         for image in range(options.images):
             places = place(options.names, options.apart, options.box)
             drawn = {f"nodes.{name}.move_m": offset for name, offset in places.items()}
-            file.write(json.dumps({"frame": image, "drawn": drawn}) + "\n")
+            file.write(json.dumps({"frame": image * options.cameras, "drawn": drawn}) + "\n")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <set>
 
 #include "base/log.h"
 #include "base/text.h"
@@ -50,6 +51,10 @@ std::vector<std::string> names_of(const std::vector<scene::Material>& materials)
   for (size_t i = 0; i < materials.size(); ++i)
     names.push_back(materials[i].name.empty() ? "#" + std::to_string(i) : materials[i].name);
   return names;
+}
+
+bool is_placed(const Entry& fields) {
+  return fields.find("look_at") || fields.find("position_m");
 }
 
 bool fits(const DrawnValue& value, const Field& field) {
@@ -149,7 +154,7 @@ std::vector<Randomizer::Object> Randomizer::match(const Plan& plan, Section sect
                                                   const std::vector<std::string>& names,
                                                   const std::vector<std::string>& paths) {
   std::vector<Object> objects;
-  std::map<std::string, uint32_t> titles;
+  std::set<std::string> titles;
   for (uint32_t i = 0; i < names.size(); ++i) {
     const std::string& path = i < paths.size() ? paths[i] : names[i];
     Object object;
@@ -159,10 +164,13 @@ std::vector<Randomizer::Object> Randomizer::match(const Plan& plan, Section sect
       for (const auto& [name, field] : entry.fields) object.fields.fields[name] = field;
     }
     if (object.fields.fields.empty()) continue;
-    const std::string title = names[i].empty() ? path : names[i];
-    const uint32_t number = ++titles[title];
-    object.title = std::string(name_of(section)) + "." + printable_text(title, 300) +
-                   (number > 1 ? "#" + std::to_string(number) : "") + ".";
+    // Names may be equal, or end with the number of another.
+    const std::string first =
+        std::string(name_of(section)) + "." + printable_text(names[i].empty() ? path : names[i], 300);
+    std::string title = first;
+    for (uint32_t number = 2; !titles.insert(title).second; ++number)
+      title = first + "#" + std::to_string(number);
+    object.title = title + ".";
     objects.push_back(std::move(object));
   }
   return objects;
@@ -225,6 +233,7 @@ Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::Dr
     return Error{plan_.file + ": " + std::to_string(parameters) +
                  " parameters of an image are drawn, more than " + std::to_string(kMaxParameters) +
                  ": match fewer objects"};
+  if (auto good = check_lights(); !good) return good;
   warn_of_no_effect();
   if (auto good = check_variants(); !good) return good;
   return check_given();
@@ -266,6 +275,23 @@ void Randomizer::warn_of_no_effect() {
   });
 }
 
+// Places are of the world; the pose of a light that is placed, too, would move those below it.
+Result<void> Randomizer::check_lights() const {
+  std::set<uint32_t> placed;
+  for (const Object& object : lights_) {
+    if (is_placed(object.fields)) placed.insert(object.index);
+  }
+  for (const uint32_t light : placed) {
+    for (uint32_t above = scene_->nodes[light].parent; above != scene::kNone;
+         above = scene_->nodes[above].parent) {
+      if (placed.contains(above))
+        return Error{plan_.file + ": lights: " + quote(scene_->nodes[light].path) +
+                     " lies below a light that is placed, too: place one of them"};
+    }
+  }
+  return {};
+}
+
 Result<void> Randomizer::check_variants() const {
   for (const Entry& entry : plan_.of(Section::scene)) {
     const Field* const field = entry.find("variant");
@@ -300,6 +326,10 @@ Result<void> Randomizer::check_given() const {
         return Error{at + " is no parameter that " + plan_.file + " draws: add it there"};
       if (!fits(value, *found->second))
         return Error{at + " has a value that the field cannot have: see docs/randomization.md"};
+      if (given_.at(image / camera_count_).at(name) != value)
+        return Error{
+            at + " differs from the value of another image of its frame: " + std::to_string(camera_count_) +
+            " images in succession, one of each camera, are a frame"};
     }
   }
   return {};
@@ -362,6 +392,8 @@ void Randomizer::change_material(const Object& object, state::UserEdits& edits) 
 }
 
 void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
+  const auto has = [&](const char* field) { return object.fields.find(field) != nullptr; };
+  if (!has("intensity") && !has("color") && !has("radius_m") && !has("on")) return;
   Draws draws(*this, object.title, object.fields, of_frame_);
   const auto edited = edits.lights.find(object.index);
   scene::Light light =
@@ -442,7 +474,7 @@ bool Randomizer::add_transforms(const state::PoseState& poses, state::NodeTransf
   warn_of_driven_nodes(poses);
   bool has_any = false;
   for (const Object& object : lights_) {
-    if (!object.fields.find("look_at") && !object.fields.find("position_m")) continue;
+    if (!is_placed(object.fields)) continue;
     Draws draws(*this, object.title, object.fields, of_frame_);
     const uint32_t parent = scene_->nodes[object.index].parent;
     const glm::dmat4 world_from_light =

@@ -66,6 +66,7 @@ class Randomizer final : public offline::ImageChanges {
                   const glm::dmat4& world_from_object) const;
   Result<void> check_variants() const;
   Result<void> check_given() const;
+  Result<void> check_lights() const;
   void warn_of_no_effect();
   void warn_once(const std::string& text);
   void warn_of_driven_nodes(const state::PoseState& poses);

@@ -251,6 +251,29 @@ TEST_F(Randomized, NodesMove) {
   EXPECT_TRUE(change(0) == edits);
 }
 
+TEST_F(Randomized, TitlesAreTheirOwn) {
+  scene_.nodes[3].name = "a#2";
+  begin("nodes: {\"a*\": {scale: [1, 2]}}\n");
+  change(0);
+  std::set<std::string> names;
+  for (const auto& [name, values] : randomizer_->drawn()) names.insert(name);
+  EXPECT_EQ(names, (std::set<std::string>{"nodes.a.scale", "nodes.a#2.scale", "nodes.a#2#2.scale"}));
+}
+
+TEST_F(Randomized, GivenValuesOfAFrameAgree) {
+  auto plan = parse_plan("nodes: {parent: {scale: [1, 2]}}\n", "r.yaml");
+  ASSERT_TRUE(plan.ok());
+  plan->given.file = "draws.jsonl";
+  plan->given.images[0]["nodes.parent.scale"] = {{1.5}, {}};
+  plan->given.images[1]["nodes.parent.scale"] = {{1.25}, {}};
+  EXPECT_TRUE(Randomizer(*plan, {"front"}).set_scene(scene_, settings_).ok());
+  const auto good = Randomizer(*plan, {"front", "side"}).set_scene(scene_, settings_);
+  ASSERT_FALSE(good.ok());
+  EXPECT_NE(good.error().message.find("differs from the value of another image of its frame"),
+            std::string::npos)
+      << good.error().message;
+}
+
 TEST_F(Randomized, ObjectsAreDrawnAlone) {
   begin("nodes: {a: {scale: [1, 2]}}\n");
   const auto alone = change(4).transforms.at(1);
@@ -287,8 +310,17 @@ TEST_F(Randomized, LightsArePlacedInTheWorld) {
   const glm::mat4 pose = scene_.nodes[0].world_from_node * state::parent_from_node(transforms.at(3));
   EXPECT_NEAR(glm::distance(glm::vec3(pose[3]), glm::vec3(4, 1, 0)), 0, 1e-5);
   EXPECT_NEAR(glm::distance(-glm::vec3(pose[2]), glm::vec3(-1, 0, 0)), 0, 1e-5);  // it shines at the target
+  EXPECT_TRUE(change(0).lights.empty()) << "a light that is placed alone keeps its stream's looks";
   begin("nodes: {a: {scale: 2}}\n");
   EXPECT_FALSE(randomizer_->add_transforms(state::PoseState(scene_), transforms));
+  // A place of the world cannot follow a parent that is placed, too.
+  scene_.nodes[0].light = 0;
+  const auto plan = parse_plan("lights: {\"*\": {position_m: [0, 1, 0]}}\n", "r.yaml");
+  ASSERT_TRUE(plan.ok());
+  const auto good = Randomizer(*plan, {"front"}).set_scene(scene_, settings_);
+  ASSERT_FALSE(good.ok());
+  EXPECT_EQ(good.error().message,
+            "r.yaml: lights: \"parent/lamp\" lies below a light that is placed, too: place one of them");
 }
 
 TEST_F(Randomized, TargetsAreSingleNodes) {
