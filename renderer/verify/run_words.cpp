@@ -65,6 +65,13 @@ Result<std::vector<std::string>> words_of_run(const sinks::RunProvenance& proven
     return Error{"its provenance names the command " +
                  quote(printable_text(provenance.command, kMaxShownBytes)) +
                  ", which this version cannot repeat"};
+  const auto has_word = [&](const std::string& option) {
+    return std::any_of(user_words.begin(), user_words.end(),
+                       [&](const std::string& word) { return word.substr(0, word.find('=')) == option; });
+  };
+  // Files are never taken from the image, but its seed needs the file.
+  if (sinks::find_value(provenance.inputs, "randomization") && !has_word("--randomize"))
+    return Error{"it was drawn with --randomize FILE.yaml: repeat that option, and --draws if there was one"};
   if (has_command) words = {provenance.command, "--out=" + out};
   // Names come first: the commands expect the recording there.
   const auto add_input = [&](const fs::path& path) {
@@ -77,10 +84,7 @@ Result<std::vector<std::string>> words_of_run(const sinks::RunProvenance& proven
       return Error{"its provenance has the option " + quote("--" + printable_text(name, kMaxShownBytes)) +
                    ", which an image cannot set"};
     const std::string option = "--" + name;
-    const bool is_replaced = std::any_of(user_words.begin(), user_words.end(), [&](const std::string& word) {
-      return word.substr(0, word.find('=')) == option;
-    });
-    if (is_replaced) continue;
+    if (has_word(option)) continue;
     const bool is_flag = std::find(kFlagNames.begin(), kFlagNames.end(), name) != kFlagNames.end();
     words.push_back(is_flag ? option : option + "=" + value);
   }

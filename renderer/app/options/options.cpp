@@ -134,7 +134,7 @@ void add_image_options(CLI::App& app, Options& options, Texts& texts, Given& giv
   given.camera = group.add("--camera", options.camera, "NAME|auto", "camera by node or camera name, or auto");
   group.add_flag("--frame-all", options.frame_all, "move the camera so that it shows the whole scene");
   group.add("--frames", options.frames, "N", "exit after N images")
-      ->check(in_range(uint64_t{0}, kMaxFrames));  // a minus sign would wrap around
+      ->check(in_range(uint64_t{1}, kMaxFrames));  // a minus sign would wrap around
   group.add("--out", options.out, "DIR", "folder for one PNG per image");
   group.add("--instances", options.instances, "FILE", "list of instance numbers and names, kept up to date");
   given.outputs =

@@ -51,6 +51,7 @@ def usage(test):
             (["no.conf", "--config none"], [scene, "--config", "no.conf"]),
             (["--frames", "many"], [scene, "--frames", "many"]),
             (["--frames", "-3"], [scene, "--frames=-3"]),
+            (["--frames"], [scene, "--headless", "--frames", "0"]),
             (["--samples", "0"], [scene, "--samples", "0"]),
             (["--allow-origin", "no path", "https://sim.example"],
              [scene, "--serve", "127.0.0.1:0", "--allow-origin", "https://sim.example/sim1"]),

@@ -269,6 +269,8 @@ def formats_are_identical(test):
     with open(plan, "w", encoding="utf-8") as file:
         file.write(RANDOMIZED)
     run(test, drawn, "--format", "bop", "--randomize", plan, "--seed", 5, "--images", 4, "--camera", "front", inputs=[ball])
+    said = verify(test, drawn, ball, code=UNCHECKED)
+    check("it was drawn with --randomize FILE.yaml: repeat that option" in said and "--seed" not in said, said)
     said = verify(test, drawn, ball, "--randomize", plan)
     check(said.startswith("identical: 4 images"), said)
     image = os.path.join(drawn, "train", "000000", "rgb", "000003.png")
