@@ -5,6 +5,7 @@
 #include <cstring>
 #include <glm/gtc/packing.hpp>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
 #include "base/text.h"
@@ -169,6 +170,43 @@ std::optional<std::string> file_difference(std::string_view name, Bytes stored, 
   return "byte " + std::to_string(at) + " of " + std::to_string(stored.size()) + " differs";
 }
 
+namespace {
+
+using Json = nlohmann::json;
+
+// Descends from two parts that differ, within lists and objects of the same members, to the first members
+// that differ. Adds their names to `name`.
+std::pair<const Json*, const Json*> first_difference(const Json* before, const Json* now, std::string& name) {
+  constexpr int kMaxDepth = 8;
+  for (int depth = 0; depth < kMaxDepth; ++depth) {
+    if (before->type() != now->type() || before->size() != now->size()) break;
+    if (now->is_array() && !now->empty()) {
+      size_t i = 0;
+      while (i + 1 < now->size() && (*before)[i] == (*now)[i]) ++i;
+      name += "[" + std::to_string(i) + "]";
+      before = &(*before)[i];
+      now = &(*now)[i];
+      continue;
+    }
+    if (!now->is_object()) break;
+    const Json* found = nullptr;
+    for (const auto& [key, value] : now->items()) {
+      const auto other = before->find(key);
+      if (other == before->end()) return {before, now};
+      if (*other == value) continue;
+      name += "." + printable_text(key, kMaxShownBytes);
+      found = &*other;
+      now = &value;
+      break;
+    }
+    if (!found) break;
+    before = found;
+  }
+  return {before, now};
+}
+
+}  // namespace
+
 std::optional<std::string> line_difference(const std::string& stored, const std::string& drawn) {
   const auto before = nlohmann::json::parse(stored, nullptr, false);
   const auto now = nlohmann::json::parse(drawn, nullptr, false);
@@ -178,11 +216,14 @@ std::optional<std::string> line_difference(const std::string& stored, const std:
       const auto in_file = before.find(name), here = now.find(name);
       const bool is_same = in_file != before.end() && here != now.end() && *in_file == *here;
       if (is_same || name == "bytes") continue;
-      const auto text = [](const nlohmann::json& object, const auto& field) {
-        return field == object.end() ? std::string("absent") : printable_text(field->dump(), kMaxShownBytes);
+      std::string path = printable_text(name, kMaxShownBytes);
+      const auto text = [](const Json* part) {
+        return part ? printable_text(part->dump(), kMaxShownBytes) : std::string("absent");
       };
-      return "field \"" + printable_text(name, kMaxShownBytes) + "\"" +
-             both(text(before, in_file), text(now, here));
+      std::pair<const Json*, const Json*> parts{in_file == before.end() ? nullptr : &*in_file,
+                                                here == now.end() ? nullptr : &*here};
+      if (parts.first && parts.second) parts = first_difference(parts.first, parts.second, path);
+      return "field \"" + path + "\"" + both(text(parts.first), text(parts.second));
     }
   }
   return std::nullopt;

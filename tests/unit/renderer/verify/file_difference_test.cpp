@@ -102,6 +102,12 @@ TEST(FileDifference, NamesTheFieldOfLines) {
   EXPECT_EQ(line_difference(R"({"a":1})", R"({"a":[2]})"), "field \"a\" is 1 in the file and [2] here");
   EXPECT_EQ(line_difference(R"({"a":1,"b":2})", R"({"a":1})"),
             "field \"b\" is 2 in the file and absent here");
+  EXPECT_EQ(line_difference(R"({"a":[{"b":1,"c":[1,2]},3]})", R"({"a":[{"b":1,"c":[1,4]},3]})"),
+            "field \"a[0].c[1]\" is 2 in the file and 4 here");
+  EXPECT_EQ(line_difference(R"({"a":{"b":1}})", R"({"a":{"c":1}})"),
+            "field \"a\" is {\"b\":1} in the file and {\"c\":1} here");
+  EXPECT_EQ(line_difference(R"({"a":[1]})", R"({"a":[1,2]})"),
+            "field \"a\" is [1] in the file and [1,2] here");
   EXPECT_EQ(line_difference("7", R"({"a":1})"), "the line is no JSON object");
 }
 
