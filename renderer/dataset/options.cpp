@@ -119,13 +119,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   group.add("--images", options.run.images, "N", "randomised images of each camera, of a scene at rest");
   group.add("--shard", shard, "I/N", "draw part I of N into a folder; fire3dv join merges them");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
-  try {
-    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
-    app.parse(reversed);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return offline::usage_error(kCommand, usage_text(app, error));
-  }
+  if (const auto exit_code = offline::parse_own_words(app, kCommand, words)) return *exit_code;
   const auto refuse = [](const std::string& text) { return offline::usage_error(kCommand, text); };
   if (words.rest.empty() || words.rest[0].empty() || words.rest[0].starts_with('-'))
     return refuse(

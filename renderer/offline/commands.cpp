@@ -65,13 +65,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   group.add_flag("--resume", options.resume, "keep finished frames, so that an interrupted run continues");
   add_video_options(app, options.video);
   Words words = split_words(argc, argv, kWithValue, kFlags);
-  try {
-    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
-    app.parse(reversed);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return usage_error("render", usage_text(app, error));
-  }
+  if (const auto exit_code = parse_own_words(app, "render", words)) return *exit_code;
   const auto refuse = [](const std::string& text) { return usage_error("render", text); };
   if (words.rest.empty() || words.rest[0].starts_with('-'))
     return refuse("name the recording first: fire3dv render FILE.mcap [SCENE] --out VIDEO|DIR");

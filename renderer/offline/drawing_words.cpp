@@ -1,5 +1,6 @@
 #include "renderer/offline/drawing_words.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <iostream>
@@ -7,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/command_line.h"
 #include "base/numbers.h"
 
 namespace fire3dv::offline {
@@ -107,6 +109,17 @@ Words split_words(int argc, char** argv, std::span<const char* const> with_value
     if (has_value && name == word && i + 1 < argc) words.own.emplace_back(argv[++i]);
   }
   return words;
+}
+
+std::optional<int> parse_own_words(CLI::App& app, const char* command, const Words& words) {
+  try {
+    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return usage_error(command, usage_text(app, error));
+  }
+  return std::nullopt;
 }
 
 sinks::RunProvenance::Values stored_options(const std::vector<std::string>& own,

@@ -12,6 +12,10 @@
 #include "renderer/app/options/options.h"
 #include "renderer/sinks/run_provenance.h"
 
+namespace CLI {
+class App;
+}
+
 namespace fire3dv::offline {
 
 // Prints the error with a hint to the help of `fire3dv COMMAND`. Returns the exit code.
@@ -23,6 +27,9 @@ struct Words {
 };
 Words split_words(int argc, char** argv, std::span<const char* const> with_value,
                   std::span<const char* const> flags);
+
+// Parses the command's own words. Returns the exit code after --help or a printed error.
+std::optional<int> parse_own_words(CLI::App& app, const char* command, const Words& words);
 
 // Options of the command itself that the provenance of images stores, without dashes; flags have an empty
 // value.

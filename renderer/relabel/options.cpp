@@ -43,13 +43,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
   group.add("--demo", options.demo, "NAME", "demonstration of an HDF5 file, such as demo_0");
   group.add_choice("--up", up, "z|y", "axis of the fixed frame that points up");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
-  try {
-    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
-    app.parse(reversed);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return offline::usage_error(kCommand, usage_text(app, error));
-  }
+  if (const auto exit_code = offline::parse_own_words(app, kCommand, words)) return *exit_code;
   const auto refuse = [](const std::string& text) { return offline::usage_error(kCommand, text); };
   if (words.rest.empty() || words.rest[0].empty() || words.rest[0].starts_with('-'))
     return refuse(

@@ -31,13 +31,7 @@ std::variant<VerifyOptions, int> parse_verify_options(int argc, char** argv) {
   group.add("--sample", options.sample, "N", "check N images of a folder, evenly spread (default: all)")
       ->check(in_range(uint64_t{1}, uint64_t{1} << 40));
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
-  try {
-    std::vector<std::string> reversed(words.own.rbegin(), words.own.rend());
-    app.parse(reversed);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
-    return offline::usage_error(kCommand, usage_text(app, error));
-  }
+  if (const auto exit_code = offline::parse_own_words(app, kCommand, words)) return *exit_code;
   auto word = words.rest.begin();
   const auto next_name = [&]() -> std::optional<std::string> {
     if (word == words.rest.end() || word->empty() || word->starts_with('-')) return std::nullopt;
