@@ -17,7 +17,7 @@ packages=(
   libssl-dev libsodium-dev libcli11-dev libstb-dev nlohmann-json3-dev libmeshoptimizer-dev libzstd-dev liblz4-dev
   libwebp-dev libjpeg-dev libdraco-dev libopenexr-dev
   libassimp-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev libtinyxml2-dev
-  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libhdf5-dev
+  libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libhdf5-dev libsqlite3-0
   libimgui-dev fonts-dejavu-core  # panels and their font
   # example simulator
   libbullet-dev
