@@ -56,6 +56,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
         "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")
       set_tests_properties(python_module_${script}_window PROPERTIES LABELS e2e TIMEOUT 900)
     endforeach()
+    python_renderer_case(sofa python_sofa_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(plots python_plots_test.py $<TARGET_FILE:fire3dv>)
     if(TARGET fire3dv-mujoco)  # the converter reads MJCF
       python_renderer_case(mujoco python_mujoco_test.py $<TARGET_FILE:fire3dv>)

@@ -2,7 +2,7 @@
 import ast
 import os
 
-FRAMEWORKS = ("mujoco", "pybullet")  # modules that users import by themselves
+FRAMEWORKS = ("mujoco", "pybullet", "sofa")  # modules that users import by themselves
 OPERATORS = ("__init__", "__call__", "__getitem__", "__iter__", "__len__")
 
 
@@ -23,7 +23,8 @@ class Package:
 
     def _module(self, name):
         if name not in self._modules:
-            with open(os.path.join(self._folder, name + ".py"), encoding="utf-8") as file:
+            path = os.path.join(self._folder, name)
+            with open(path + ".py" if os.path.exists(path + ".py") else os.path.join(path, "__init__.py"), encoding="utf-8") as file:
                 self._modules[name] = ast.parse(file.read())
         return self._modules[name]
 

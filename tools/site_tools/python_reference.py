@@ -25,6 +25,7 @@ PAGES = {
         "RendererNotFound", "SceneWarning", "StateError", "Timeout", "version", "__version__")),
     "mujoco": ("fire3dv.mujoco", "fire3dv.mujoco", None),
     "pybullet": ("fire3dv.pybullet", "fire3dv.pybullet", None),
+    "sofa": ("fire3dv.sofa", "fire3dv.sofa", None),
 }
 MADE_BY_LIBRARY = ("Image", "ImageRequest", "RobotPublisher")  # never by users: no signature of the class
 

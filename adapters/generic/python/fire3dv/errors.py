@@ -72,7 +72,7 @@ class SceneWarning(UserWarning):
 def warn(text: str) -> None:
     """Warns, at the line of the program that called this package."""
     frame, level = sys._getframe(1), 2
-    while frame is not None and os.path.dirname(frame.f_code.co_filename) == _PACKAGE:
+    while frame is not None and frame.f_code.co_filename.startswith(_PACKAGE + os.sep):
         frame, level = frame.f_back, level + 1  # type: ignore[assignment]
     warnings.warn(text, SceneWarning, stacklevel=level)
 
