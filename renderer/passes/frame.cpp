@@ -1,6 +1,8 @@
 #include "renderer/passes/frame.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <utility>
 
 #include "renderer/passes/resources/image_globals.h"
@@ -215,19 +217,12 @@ uint32_t ScenePasses::shadow_mode(const RendererSettings& settings, bool masked)
   return settings.shadows_on() ? shadows.shader_mode(masked) : FIRE3DV_SHADOWS_OFF;
 }
 
-gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, const GpuScene& scene,
-                                             const Targets& targets, const View& view, bool shadow_mask,
-                                             uint32_t map_set) const {
+gpu_types::Globals ScenePasses::globals_of_all_views(const RendererSettings& settings, const GpuScene& scene,
+                                                     const Targets& targets, bool shadow_mask) const {
   const settings::DrawSettings& draw = settings.draw();
   gpu_types::Globals globals{};
-  scene.write_globals(globals, view.world);
-  globals.clip_from_world = view.clip_from_world;
-  globals.eye_world = view.eye_world;
-  const NearWindow window = near_window(view);
-  globals.near_window = glm::vec4(window.center_world, window.radius_m);
-  globals.near_plane = window.plane_world;
-  const Environment& environment = *shared.environment;
-  environment.describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
+  scene.write_globals(globals);
+  shared.environment->describe(globals, draw.environment_intensity, draw.environment_rotation_rad);
   globals.environment_sun = FIRE3DV_NO_INDEX;
   if (scene.sun && draw.environment_intensity > 0) {
     if (path_tracer) globals.environment_sun = --globals.light_count;
@@ -236,22 +231,9 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   }
   globals.background = draw.background.color;
   globals.background_zenith = draw.background.zenith.value_or(draw.background.color);
-  if (view.ground && !view.orthographic) {
-    globals.ground_height_m = view.ground->height_m;
-    globals.ground_radius_m = view.ground->radius_m;
-    globals.ground_center = view.ground->center_world;
-  }
-  globals.background_lod =
-      draw.background.show_environment ? environment.background_level(view, targets.extent.height) : -1;
   const bool has_sky = draw.background.show_sky && scene.sky;
   globals.sky_texture = has_sky ? scene.sky->texture : FIRE3DV_NO_INDEX;
-  globals.sky_lod =
-      has_sky ? equirectangular_level(view, targets.extent.height, scene.sky->image_height_px) : 0;
-  globals.world_from_ndc_x = view.world_from_ndc_x;
-  globals.world_from_ndc_y = view.world_from_ndc_y;
-  globals.world_from_ndc_origin = view.world_from_ndc_origin;
-  globals.half_pixel_depth = half_pixel_depth(view, targets.extent.height);
-  shadows.write_globals(globals, map_set);
+  shadows.write_globals(globals);
   globals.shadows = shadow_mode(settings, shadow_mask);
   globals.visibility_generation = targets.visibility.generation();
   globals.width = targets.extent.width;
@@ -259,21 +241,38 @@ gpu_types::Globals ScenePasses::make_globals(const RendererSettings& settings, c
   return globals;
 }
 
+void ScenePasses::write_view_globals(gpu_types::Globals& globals, const RendererSettings& settings,
+                                     const GpuScene& scene, const View& view, uint32_t map_set) const {
+  const settings::DrawSettings& draw = settings.draw();
+  const uint32_t height = globals.height;
+  scene.write_world_globals(globals, view.world);
+  shadows.write_map_globals(globals, map_set);
+  globals.clip_from_world = view.clip_from_world;
+  globals.eye_world = view.eye_world;
+  const NearWindow window = near_window(view);
+  globals.near_window = glm::vec4(window.center_world, window.radius_m);
+  globals.near_plane = window.plane_world;
+  if (view.ground && !view.orthographic) {
+    globals.ground_height_m = view.ground->height_m;
+    globals.ground_radius_m = view.ground->radius_m;
+    globals.ground_center = view.ground->center_world;
+  }
+  globals.background_lod =
+      draw.background.show_environment ? shared.environment->background_level(view, height) : -1;
+  if (globals.sky_texture != FIRE3DV_NO_INDEX)
+    globals.sky_lod = equirectangular_level(view, height, scene.sky->image_height_px);
+  globals.world_from_ndc_x = view.world_from_ndc_x;
+  globals.world_from_ndc_y = view.world_from_ndc_y;
+  globals.world_from_ndc_origin = view.world_from_ndc_origin;
+  globals.half_pixel_depth = half_pixel_depth(view, height);
+}
+
 Frame::Frame(const FrameSource& source, const FramePlan& plan)
     : source_(source), plan_(plan), passes_(source.passes), recorder_(source.recorder) {
   const FrameRequest& request = source.request;
-  constexpr uint32_t kNoSet = UINT32_MAX;
-  std::vector<uint32_t> set_of_world(source.gpu_scene.world_count, kNoSet);
-  for (const View& view : source.views) {
-    uint32_t& set = set_of_world[view.world];
-    if (set == kNoSet) {
-      set = static_cast<uint32_t>(map_sets_.size());
-      map_sets_.emplace_back();
-    }
-    map_set_of_.push_back(set);
-  }
+  find_map_sets();
   if (plan.visibility_buffer) passes_.visibility->begin();
-  if (plan.shadow_maps) passes_.shadows.begin_maps(map_sets_.size());
+  if (plan.shadow_maps) passes_.shadows.begin_maps(map_sets_.count);
   if (passes_.outputs)
     passes_.outputs->begin(
         images_of(request, source.gpu_scene),
@@ -294,19 +293,37 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
 }
 
 bool Frame::has_common_dispatches() const {
-  return map_sets_.size() > 1 || source_.views.size() >= kFewestCommonViews;
+  return map_sets_.count > 1 || source_.views.size() >= kFewestCommonViews;
 }
 
-void Frame::upload_globals() {
-  for (size_t v = 0; v < source_.views.size(); ++v) {
-    const ImageGlobals image{passes_.make_globals(source_.settings, source_.gpu_scene, source_.targets,
-                                                  source_.views[v], plan_.shadow_mask, map_set_of_[v])};
-    const gpu::StagingRing::Piece piece = source_.staging.write(std::span<const ImageGlobals>(&image, 1));
-    globals_.push_back(piece.address);
-    source_.staging.add_end_word(
-        reinterpret_cast<uint64_t*>(piece.mapped + offsetof(ImageGlobals, ends_early)));
-    map_sets_[map_set_of_[v]].push_back(globals_.back());
+void Frame::find_map_sets() {
+  constexpr uint32_t kNoSet = UINT32_MAX;
+  std::vector<uint32_t> set_of_world(source_.gpu_scene.world_count, kNoSet);
+  map_set_of_.reserve(source_.views.size());
+  for (const View& view : source_.views) {
+    uint32_t& set = set_of_world[view.world];
+    if (set == kNoSet) set = map_sets_.count++;
+    map_set_of_.push_back(set);
   }
+}
+
+// Thousands of views are written for each frame: in one piece, and what they have in common is found once.
+void Frame::upload_globals() {
+  constexpr VkDeviceSize kStride = (sizeof(ImageGlobals) + 255) / 256 * 256;
+  const gpu::StagingRing::Piece piece = source_.staging.allocate(kStride * source_.views.size());
+  const ImageGlobals all{
+      passes_.globals_of_all_views(source_.settings, source_.gpu_scene, source_.targets, plan_.shadow_mask)};
+  globals_.reserve(source_.views.size());
+  for (size_t v = 0; v < source_.views.size(); ++v) {
+    ImageGlobals image = all;
+    passes_.write_view_globals(image.globals, source_.settings, source_.gpu_scene, source_.views[v],
+                               map_set_of_[v]);
+    std::byte* const mapped = piece.mapped + v * kStride;
+    std::memcpy(mapped, &image, sizeof(image));
+    globals_.push_back(piece.address + v * kStride);
+    source_.staging.add_end_word(reinterpret_cast<uint64_t*>(mapped + offsetof(ImageGlobals, ends_early)));
+  }
+  map_sets_.set_cameras(map_set_of_, globals_);
 }
 
 InspectedView Frame::inspected_view() const {

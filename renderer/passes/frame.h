@@ -69,10 +69,12 @@ struct ScenePasses {
   // recording then allocates the rest.
   void allocate(const RendererSettings& settings, const FrameRequest& request, const FramePlan& plan,
                 Targets& targets, const AllocatedScene& scene);
-  // Constants of a view. shadow_mask: shading reads it. map_set: see ShadowPass.
-  gpu_types::Globals make_globals(const RendererSettings& settings, const GpuScene& gpu_scene,
-                                  const Targets& targets, const View& view, bool shadow_mask,
-                                  uint32_t map_set) const;
+  // Constants of an image, without those of its views. shadow_mask: shading reads it.
+  gpu_types::Globals globals_of_all_views(const RendererSettings& settings, const GpuScene& gpu_scene,
+                                          const Targets& targets, bool shadow_mask) const;
+  // Adds those of a view. map_set: see ShadowPass.
+  void write_view_globals(gpu_types::Globals& globals, const RendererSettings& settings,
+                          const GpuScene& gpu_scene, const View& view, uint32_t map_set) const;
   // Memory for the layers of an image, where the device can sort fragments.
   void allocate_layers(const RendererSettings& settings, VkExtent2D extent);
   uint32_t shadow_mode(const RendererSettings& settings, bool masked) const;  // FIRE3DV_SHADOWS_*
@@ -161,6 +163,7 @@ class Frame {
   const FramePlan& plan_;
   ScenePasses& passes_;
   gpu::Recorder& recorder_;
+  void find_map_sets();
   void upload_globals();
 
   std::vector<VkDeviceAddress> globals_;  // per view

@@ -302,7 +302,9 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
   FIRE3DV_ASSERT(passes.path_tracer && prepared.number_ == prepared_ && targets && targets->views == 1 &&
                  gpu_scene_->world_count == 1);
   const auto globals_of = [&] {
-    return passes.make_globals(settings_, *gpu_scene_, *targets, view, false, 0);
+    gpu_types::Globals of_view = passes.globals_of_all_views(settings_, *gpu_scene_, *targets, false);
+    passes.write_view_globals(of_view, settings_, *gpu_scene_, view, 0);
+    return of_view;
   };
   const gpu_types::Globals globals = globals_of();
   const FrameRequest& request = prepared.request();

@@ -72,6 +72,22 @@ uint32_t new_depths(const OutputsPass::Images& images) {
   return images.views - std::min(images.views, images.replaced.depths);
 }
 
+// Planes that the common shader writes.
+struct WrittenPlane {
+  ImageOutput output;
+  decltype(gpu_types::OutputsWanted::depth) gpu_types::OutputsWanted::*address;
+};
+constexpr WrittenPlane kWrittenPlanes[] = {{wire::kDepthF32, &gpu_types::OutputsWanted::depth},
+                                           {wire::kInstanceU32, &gpu_types::OutputsWanted::instance},
+                                           {wire::kSemanticU32, &gpu_types::OutputsWanted::semantic},
+                                           {wire::kNormal, &gpu_types::OutputsWanted::normal},
+                                           {wire::kMotion, &gpu_types::OutputsWanted::motion},
+                                           {wire::kAlbedoF16, &gpu_types::OutputsWanted::albedo},
+                                           {wire::kRoughnessF32, &gpu_types::OutputsWanted::roughness},
+                                           {wire::kMetallicF32, &gpu_types::OutputsWanted::metallic},
+                                           {wire::kPositionF32, &gpu_types::OutputsWanted::position},
+                                           {wire::kOcclusionU32, &gpu_types::OutputsWanted::occlusion}};
+
 std::vector<gpu_types::PartLabels> label_parts(const scene::Scene& scene, const GpuScene& gpu_scene) {
   std::vector<gpu_types::PartLabels> labels;
   for (const uint32_t node : gpu_scene.nodes_of_parts())
@@ -191,24 +207,19 @@ void OutputsPass::upload_labels(gpu::Recorder& recorder, gpu::StagingRing& stagi
   });
 }
 
-gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint32_t view,
-                                                      const CameraHistory* last) const {
-  const auto address = [&](ImageOutput output) -> VkDeviceAddress {
-    const VkDeviceAddress first = address_of(output);
-    return first ? first + view * view_bytes(output) : 0;
-  };
+gpu_types::OutputsWanted OutputsPass::wanted_of_first_view() const {
   gpu_types::OutputsWanted parameters{};
-  parameters.depth = address(wire::kDepthF32);
-  parameters.instance = address(wire::kInstanceU32);
-  parameters.semantic = address(wire::kSemanticU32);
-  parameters.normal = address(wire::kNormal);
-  parameters.motion = address(wire::kMotion);
-  parameters.albedo = address(wire::kAlbedoF16);
-  parameters.roughness = address(wire::kRoughnessF32);
-  parameters.metallic = address(wire::kMetallicF32);
-  parameters.position = address(wire::kPositionF32);
-  parameters.occlusion = address(wire::kOcclusionU32);
+  for (const WrittenPlane& plane : kWrittenPlanes) parameters.*plane.address = address_of(plane.output);
   parameters.labels = labels_.address;
+  return parameters;
+}
+
+void OutputsPass::set_view(gpu_types::OutputsWanted& parameters, const Source& source, uint32_t view,
+                           const CameraHistory* last) const {
+  for (const WrittenPlane& plane : kWrittenPlanes) {
+    VkDeviceAddress& address = parameters.*plane.address;
+    if (address) address += view * view_bytes(plane.output);
+  }
   if (last) {
     const GpuScene& scene = source.gpu_scene;
     const DeformingVertices deforming = deforming_vertices(scene);
@@ -229,7 +240,6 @@ gpu_types::OutputsWanted OutputsPass::make_parameters(const Source& source, uint
   }
   parameters.look_world = source.views[view].look_world;
   parameters.orthographic = source.views[view].orthographic ? 1 : 0;
-  return parameters;
 }
 
 void OutputsPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
@@ -282,13 +292,16 @@ void OutputsPass::write(gpu::Recorder& recorder, gpu::StagingRing& staging, cons
   const VkDeviceSize visibility_bytes = VkDeviceSize{8} * samples_ * extent_.width * extent_.height;
   std::vector<gpu_types::OutputsPush> pushes;
   std::vector<gpu_types::OutputsWanted> wanted;
+  const gpu_types::OutputsWanted first = wanted_of_first_view();
+  pushes.reserve(source.views.size());
+  wanted.reserve(source.views.size());
   for (uint32_t view = 0; view < source.views.size(); ++view) {
     CameraHistory* const last =
         view < histories.size() && histories[view].scene == scenes_ ? &histories[view] : nullptr;
     const bool listed = last && view > 0 && histories[view - 1].poses == last->poses;
     if (last && !listed) uses.emplace_back(*last->poses, access::compute_read);
     if (last && last->depth) uses.emplace_back(*last->depth, access::compute_read);
-    wanted.push_back(make_parameters(source, view, last));
+    set_view(wanted.emplace_back(first), source, view, last);
     pushes.push_back({source.globals[view], visibility.address + view * visibility_bytes, 0});
   }
   const VkDeviceAddress parameters = staging.write(std::span<const gpu_types::OutputsWanted>(wanted)).address;

@@ -80,8 +80,10 @@ class OutputsPass {
  private:
   void make_pipeline(bool surfaces, bool common, gpu::Compile when);
   void upload_labels(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source);
-  gpu_types::OutputsWanted make_parameters(const Source& source, uint32_t view,
-                                           const CameraHistory* last) const;
+  gpu_types::OutputsWanted wanted_of_first_view() const;
+  // Completes those of the first view for another.
+  void set_view(gpu_types::OutputsWanted& parameters, const Source& source, uint32_t view,
+                const CameraHistory* last) const;
   void write(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source,
              gpu::Buffer& visibility, std::span<CameraHistory> histories);
   void update_histories(gpu::Recorder& recorder, const Source& source, std::span<CameraHistory> histories);

@@ -220,7 +220,7 @@ void GpuScene::add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access)
   }
 }
 
-void GpuScene::write_globals(gpu_types::Globals& globals, uint32_t world) const {
+void GpuScene::write_world_globals(gpu_types::Globals& globals, uint32_t world) const {
   const VertexBuffers& of_world = vertices_of(world);
   globals.world_from_node = nodes_of(world);
   globals.node_facts = node_facts_of(world);
@@ -230,6 +230,9 @@ void GpuScene::write_globals(gpu_types::Globals& globals, uint32_t world) const 
   globals.frames = of_world.frames.address;
   globals.tangents = of_world.tangents.address;
   globals.primitives = of_world.primitives.address;
+}
+
+void GpuScene::write_globals(gpu_types::Globals& globals) const {
   globals.first_primitive_of_node = first_primitive_of_node.address;
   globals.draws = draws.address;
   globals.materials = materials.address;

@@ -170,7 +170,8 @@ struct GpuScene : SceneGeometry, WorldState {
   // Adds the scene buffers that this frame may have written to a pass's reads.
   void add_reads(std::vector<gpu::Use>& uses, const gpu::Access& access);
   // Addresses of a world's buffers, for its views.
-  void write_globals(gpu_types::Globals& globals, uint32_t world) const;
+  void write_globals(gpu_types::Globals& globals) const;  // of all worlds
+  void write_world_globals(gpu_types::Globals& globals, uint32_t world) const;
 
  private:
   void create_node_buffer(gpu::Device& device, gpu::LoaderCommands& loader);

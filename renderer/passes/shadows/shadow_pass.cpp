@@ -310,17 +310,30 @@ void ShadowPass::allocate_mask(const ShadowPlan& plan) {
   targets_->shadow_mask = std::move(mask);
 }
 
-void ShadowPass::write_globals(gpu_types::Globals& globals, uint32_t map_set) const {
-  const VkDeviceAddress views = state_.views.address;
+void ShadowPass::MapSets::set_cameras(std::span<const uint32_t> set_of,
+                                      std::span<const VkDeviceAddress> globals) {
+  first.assign(count + size_t{1}, 0);
+  for (const uint32_t set : set_of) ++first[set + size_t{1}];
+  for (uint32_t set = 0; set < count; ++set) first[set + size_t{1}] += first[set];
+  std::vector<uint32_t> next = first;
+  cameras.resize(globals.size());
+  for (size_t view = 0; view < globals.size(); ++view) cameras[next[set_of[view]]++] = globals[view];
+}
+
+void ShadowPass::write_globals(gpu_types::Globals& globals) const {
   globals.light_shadows = state_.light_shadows.address;
-  globals.light_views = views + VkDeviceSize{map_set} * state_.view_count * sizeof(gpu_types::RasterView);
   globals.shadow_maps = state_.maps.buffer.address;
   globals.map_generation = state_.maps.generation();
   globals.shadow_mask = targets_->shadow_mask.address;
-  globals.planar_casters = views + state_.planar_casters_offset + map_set * state_.planar_casters_bytes;
-  globals.backface_casters = views + state_.backface_casters_offset + map_set * state_.backface_casters_bytes;
   globals.planar_caster_count = state_.planar_caster_count;
   globals.mask_words = state_.plan.mask_words;
+}
+
+void ShadowPass::write_map_globals(gpu_types::Globals& globals, uint32_t map_set) const {
+  const VkDeviceAddress views = state_.views.address;
+  globals.light_views = views + VkDeviceSize{map_set} * state_.view_count * sizeof(gpu_types::RasterView);
+  globals.planar_casters = views + state_.planar_casters_offset + map_set * state_.planar_casters_bytes;
+  globals.backface_casters = views + state_.backface_casters_offset + map_set * state_.backface_casters_bytes;
 }
 
 uint32_t ShadowPass::shader_mode(bool masked) const {
@@ -341,13 +354,15 @@ ClusterRaster* ShadowPass::prepare_maps(gpu::StagingRing& staging, GpuScene& sce
   job.scene = &scene;
   job.views_written = &state_.views;
   job.target = &state_.maps;
-  job.target_bytes = map_bytes(sets.size());
+  job.target_bytes = map_bytes(sets.count);
   job.views = state_.views.address;
-  job.globals = sets[0][0];
-  job.view_count = static_cast<uint32_t>(sets.size()) * state_.view_count;
-  if (sets.size() > 1) {
-    for (const std::vector<VkDeviceAddress>& cameras : sets)
-      job.globals_of_views.insert(job.globals_of_views.end(), state_.view_count, cameras[0]);
+  job.globals = sets.cameras[0];
+  job.view_count = sets.count * state_.view_count;
+  if (sets.count > 1) {
+    job.globals_of_views.reserve(job.view_count);
+    for (uint32_t set = 0; set < sets.count; ++set)
+      job.globals_of_views.insert(job.globals_of_views.end(), state_.view_count,
+                                  sets.cameras[sets.first[set]]);
   }
   for (const gpu_types::LightViewRequest& view : state_.plan.views)
     job.extent = {std::max(job.extent.width, view.size), std::max(job.extent.height, view.size)};
@@ -362,18 +377,20 @@ void ShadowPass::fit_map_views(gpu::Recorder& recorder, gpu::StagingRing& stagin
   std::vector<Use> uses = std::move(clear.uses);
   uses.emplace_back(state_.views, access::compute_write);
   scene.add_reads(uses, access::compute_read);
-  std::vector<gpu_types::LightViewsPush> worlds;
-  for (size_t set = 0; set < sets.size(); ++set) {
-    const std::span<const VkDeviceAddress> cameras(sets[set]);
-    gpu_types::LightViewsPush& push = worlds.emplace_back();
-    push.globals = cameras[0];
-    push.cameras = staging.write(cameras).address;
+  const VkDeviceAddress cameras =
+      staging.write(std::span<const VkDeviceAddress>(sets.cameras)).address;  // of all sets
+  std::vector<gpu_types::LightViewsPush> worlds(sets.count);
+  for (size_t set = 0; set < sets.count; ++set) {
+    const uint32_t first = sets.first[set];
+    gpu_types::LightViewsPush& push = worlds[set];
+    push.globals = sets.cameras[first];
+    push.cameras = cameras + first * sizeof(VkDeviceAddress);
     push.wanted = state_.view_requests.address;
     push.views = state_.views.address + set * state_.view_count * sizeof(gpu_types::RasterView);
     push.planar_casters = state_.planar_casters.address;
     push.view_count = state_.view_count;
     push.levels_of_detail = levels_of_detail ? 1 : 0;
-    push.camera_count = static_cast<uint32_t>(cameras.size());
+    push.camera_count = sets.first[set + 1] - first;
     push.first_texel = static_cast<uint32_t>(set * state_.plan.texels);
   }
   const bool common = worlds.size() > 1;

@@ -41,14 +41,22 @@ class ShadowPass {
   // Targets are borrowed until the next call.
   void set_targets(Targets& targets);
   void reset_targets() { targets_ = nullptr; }
-  // map_set: see prepare_maps().
-  void write_globals(gpu_types::Globals& globals, uint32_t map_set) const;
+  void write_globals(gpu_types::Globals& globals) const;  // of all views
+  // map_set: of the view's world, see MapSets.
+  void write_map_globals(gpu_types::Globals& globals, uint32_t map_set) const;
   // FIRE3DV_SHADOWS_*. masked: shading reads the mask; otherwise it traces inline or reads maps.
   uint32_t shader_mode(bool masked) const;
 
   bool needs_maps() const { return state_.needs_maps; }
-  // Each world that a frame shows has a set of maps: globals of its cameras.
-  using MapSets = std::vector<std::vector<VkDeviceAddress>>;
+  // Each world that a frame shows has a set of maps, fitted to its cameras.
+  struct MapSets {
+    uint32_t count = 0;
+    std::vector<VkDeviceAddress> cameras;  // globals of the views, by set
+    std::vector<uint32_t> first;           // camera of each set; behind them, the number of cameras
+
+    // set_of and globals: by view. Within a set, cameras keep their order.
+    void set_cameras(std::span<const uint32_t> set_of, std::span<const VkDeviceAddress> globals);
+  };
   // Call it before this frame's maps are described.
   void begin_maps(size_t sets) { state_.maps.begin(map_bytes(sets)); }
   // Prepares the shadow maps, which are drawn together with the camera's view. Null without lights.

@@ -162,7 +162,26 @@ View make_view(const scene::Camera& camera, const glm::mat4& world_from_camera, 
   return view;
 }
 
+namespace {
+
+// Corners of the near plane are on the rays of the image's corners.
+NearWindow perspective_near_window(const View& view) {
+  const glm::dvec3 x = double{view.near_m} * glm::dvec3(view.world_from_ndc_x),
+                   y = double{view.near_m} * glm::dvec3(view.world_from_ndc_y);
+  const glm::dvec3 center =
+      glm::dvec3(view.eye_world) + double{view.near_m} * glm::dvec3(view.world_from_ndc_origin);
+  NearWindow window;
+  window.center_world = center;
+  window.radius_m =
+      1.001f * static_cast<float>(std::sqrt(std::max(glm::dot(x + y, x + y), glm::dot(x - y, x - y))));
+  window.plane_world = glm::vec4(view.look_world, -glm::dot(glm::dvec3(view.look_world), center));
+  return window;
+}
+
+}  // namespace
+
 NearWindow near_window(const View& view) {
+  if (!view.orthographic) return perspective_near_window(view);
   const glm::dmat4 world_from_clip = glm::inverse(glm::dmat4(view.clip_from_world));
   glm::dvec3 corners[4];
   for (int i = 0; i < 4; ++i) {
