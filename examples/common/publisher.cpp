@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/command_line.h"
+#include "examples/common/materials.h"
 
 namespace examples {
 
@@ -108,6 +109,51 @@ std::optional<std::string> Publisher::set_scalars(const char* group, int64_t sim
              fire3dv_last_error();
   }
   return std::nullopt;
+}
+
+std::optional<std::string> Publisher::set_vertices(const char* node, const std::vector<float>& positions,
+                                                   const std::vector<float>& normals) {
+  fire3dv_vertices vertices{};
+  vertices.struct_size = sizeof vertices;
+  vertices.positions = positions.data();
+  vertices.normals = normals.data();
+  vertices.vertex_count = positions.size() / 3;
+  for (Target& target : targets_) {
+    if (fire3dv_set_vertices(target.stream.get(), node, &vertices) != FIRE3DV_OK)
+      return "cannot send the vertices of " + std::string(node) + " to " + target.uri + ": " +
+             fire3dv_last_error();
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> Publisher::request_picture(const std::string& camera, double timeout_s,
+                                                      const std::atomic<bool>& stop, Image& image) {
+  if (targets_.empty()) return "there is no renderer to draw a picture";
+  Target& target = targets_[0];
+  try {
+    fire3dv_image_request request{};
+    request.node = camera.c_str();
+    request.width = static_cast<uint32_t>(image.width);
+    request.height = static_cast<uint32_t>(image.height);
+    request.sequence = sequence_;
+    const uint64_t id = target.stream.request_image(request);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
+    while (!stop && std::chrono::steady_clock::now() < deadline) {
+      const fire3dv::Image drawn = target.stream.wait_image(id, milliseconds(100));
+      const fire3dv_image_plane* const plane = fire3dv_plane_of(drawn.get(), FIRE3DV_IMAGE_COLOR_SRGB8);
+      if (!plane) continue;
+      image.rgb.clear();
+      for (uint32_t row = 0; row < plane->height; ++row) {
+        const auto* pixel = static_cast<const uint8_t*>(plane->data) + size_t{row} * plane->row_stride;
+        for (uint32_t column = 0; column < plane->width; ++column, pixel += 4)
+          image.rgb.insert(image.rgb.end(), pixel, pixel + 3);
+      }
+      return std::nullopt;
+    }
+  } catch (const fire3dv::ClientError& error) {
+    return failed("cannot get a picture from", target.uri, error);
+  }
+  return "no renderer on " + target.uri + " has drawn the picture in time";
 }
 
 std::optional<std::string> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& stop) {

@@ -17,6 +17,8 @@
 
 namespace examples {
 
+struct Image;  // materials.h
+
 struct LinkOptions {
   std::vector<std::string> to;  // URIs
   fire3dv::Security security;
@@ -50,6 +52,12 @@ class Publisher {
   std::optional<std::string> declare_scalars(const char* group, const fire3dv_scalars& scalars);
   std::optional<std::string> set_scalars(const char* group, int64_t sim_time_ns,
                                          const std::vector<double>& values);
+  // Replaces vertices and normals of a node's mesh: x y z of each. The arrays are copied.
+  std::optional<std::string> set_vertices(const char* node, const std::vector<float>& positions,
+                                          const std::vector<float>& normals);
+  // Fills an image of the last published frame, by the first stream's renderer. image: has its size.
+  std::optional<std::string> request_picture(const std::string& camera, double timeout_s,
+                                             const std::atomic<bool>& stop, Image& image);
   // Waits until every stream's last frame was shown. Returns early, without an error, once stop is set. A
   // wait of more than three seconds is logged, once for each stream.
   std::optional<std::string> wait_shown(double timeout_s, const std::atomic<bool>& stop);
