@@ -188,7 +188,7 @@ bool LiveScene::show_built() {
   std::map<std::pair<uint64_t, uint64_t>, uint32_t> roots;
   for (size_t i = 0; i < built->added.size(); ++i) {
     const state::RequestedNode& node = built->added[i];
-    if (!confirm(node)) withdrawn.insert(built->roots[i]);
+    if (!confirm(node) && !registry_.is_being_replaced(node)) withdrawn.insert(built->roots[i]);
     roots.emplace(std::pair(node.age, node.version), built->roots[i]);
   }
   contents_ = std::move(contents);

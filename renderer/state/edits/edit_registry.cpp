@@ -71,6 +71,9 @@ void EditRegistry::retire(EditInForce& entry) {
   const std::pair version(entry.stream->age, entry.edit.version);
   for (Versions* versions : {&unbound_, &unmatched_, &refused_}) versions->erase(version);
   if (std::exchange(entry.is_added, false)) withdrawn_nodes_.push_back(version);
+  if (const uint64_t replaced = std::exchange(entry.replaced_version, 0); replaced != 0)
+    withdrawn_nodes_.emplace_back(entry.stream->age, replaced);
+  end_wait_for_build(entry);
 }
 
 uint64_t EditRegistry::Editors::oldest() const {
@@ -136,7 +139,13 @@ void EditRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetChar
   const Key key(edit.node, edit.property);
   if (edit.property == wire::Property::node) requests_changed(stream.age);
   const auto known = stream.edits.find(key);
+  uint64_t replaced_version = 0;
   if (known != stream.edits.end()) {
+    // An added node that another one replaces stays until that is built: no image is without both.
+    if (std::holds_alternative<wire::NodeAdded>(edit.value)) {
+      replaced_version = std::exchange(known->second.replaced_version, 0);
+      if (std::exchange(known->second.is_added, false)) replaced_version = known->second.edit.version;
+    }
     finish(stream, known->second);  // replaced before it came into effect
     retire(known->second);
   }
@@ -150,8 +159,13 @@ void EditRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetChar
   const uint32_t bound_node = entry.bound_node;
   const bool is_looked_up = entry.is_looked_up;
   if (bound_node != kNone) count_hiding(entry, -1);
+  auto before = entry.is_shown ? std::move(entry.vertices) : std::move(entry.before);
+  BudgetCharge before_charge = entry.is_shown ? std::move(entry.charge) : std::move(entry.before_charge);
   entry = {};
   entry.stream = &stream;
+  entry.before = std::move(before);
+  entry.before_charge = std::move(before_charge);
+  entry.replaced_version = replaced_version;
   entry.bound_node = bound_node;
   entry.is_looked_up = is_looked_up;
   entry.charge = std::move(charge);
@@ -166,6 +180,8 @@ void EditRegistry::store(StreamEntry& stream, wire::SceneEdit&& edit, BudgetChar
   if (auto* node = std::get_if<wire::NodeAdded>(&entry.edit.value)) {
     entry.node = std::make_shared<const wire::NodeAdded>(std::move(*node));
     entry.finished = false;
+    entry.awaits_build = true;
+    ++stream.builds_awaited;
   } else if (auto* vertices = std::get_if<wire::Vertices>(&entry.edit.value)) {
     auto replaced = std::make_shared<scene::ReplacedVertices>();
     replaced->positions.reserve(vertices->positions.size());
@@ -193,7 +209,15 @@ void EditRegistry::resolve_name_conflict(const std::string& name, const NodeName
   }
 }
 
+// After the last build that a stream waits for, its vertices fit their meshes, or are of no use.
+void EditRegistry::end_wait_for_build(EditInForce& entry) {
+  StreamEntry& stream = *entry.stream;
+  if (!std::exchange(entry.awaits_build, false) || --stream.builds_awaited > 0) return;
+  for (const uint32_t node : std::exchange(stream.waiting_vertices, {})) dirty_.push_back(node);
+}
+
 void EditRegistry::finish(StreamEntry& stream, EditInForce& entry) {
+  end_wait_for_build(entry);
   if (std::exchange(entry.finished, true)) return;
   finished_.push_back({stream.id, entry.edit.epoch, entry.edit.version});
 }
@@ -232,8 +256,16 @@ bool EditRegistry::confirm_node(const RequestedNode& node) {
   EditInForce* const entry = find(node);
   if (!entry) return false;
   entry->is_added = entry->node && !entry->refused;
+  entry->replaced_version = 0;  // this scene has it no more
   finish(*entry->stream, *entry);
   return entry->is_added;
+}
+
+bool EditRegistry::is_being_replaced(const RequestedNode& node) const {
+  const auto stream = streams_.find(node.age);
+  if (stream == streams_.end()) return false;
+  const auto entry = stream->second.edits.find(Key(node.name, wire::Property::node));
+  return entry != stream->second.edits.end() && entry->second.replaced_version == node.version;
 }
 
 void EditRegistry::requests_changed(uint64_t age) {
@@ -259,6 +291,8 @@ void EditRegistry::refuse(StreamEntry& stream, EditInForce& entry, const std::st
   if (std::exchange(entry.refused, true)) return;
   refused_.emplace(std::pair(stream.age, entry.edit.version), &entry);
   if (std::exchange(entry.is_added, false)) withdrawn_nodes_.emplace_back(stream.age, entry.edit.version);
+  if (const uint64_t replaced = std::exchange(entry.replaced_version, 0); replaced != 0)
+    withdrawn_nodes_.emplace_back(stream.age, replaced);
   ++faults_.refused;
   requests_changed(stream.age);
   report_to_stream(stream, "the node " + quote(entry.edit.node) + " is not added: " + reason);
@@ -310,6 +344,7 @@ void EditRegistry::rebind_all(const PoseState& poses) {
   owners_changed_ = true;
   resolved_ = {true, {}};
   for (auto& [age, stream] : streams_) {
+    stream.waiting_vertices.clear();
     for (uint32_t& node : stream.reserved_nodes) node = new_node_of(node);
     std::erase(stream.reserved_nodes, kNone);
     for (const uint32_t node : stream.reserved_nodes) reserve_node(age, node);
@@ -537,6 +572,13 @@ void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, St
   }
   const uint64_t count = scene::file_vertex_count(scene, scene.meshes[scene.nodes[node].mesh]);
   if (count != entry.vertices->positions.size()) {
+    if (!entry.finished && stream.builds_awaited > 0) {  // the mesh that they fit may be on its way
+      stream.waiting_vertices.insert(node);
+      if (!entry.before || entry.before->positions.size() != count) return;
+      vertex_uses_.add(node, entry.edit.node, stream.age, stream.budget);
+      result.vertices = entry.before;
+      return;
+    }
     fault(stream, entry, &EditFaults::unfit,
           name + " has " + std::to_string(count) + " vertices, not " +
               std::to_string(entry.vertices->positions.size()));
@@ -545,6 +587,9 @@ void EditRegistry::replace_vertices(const scene::Scene& scene, uint32_t node, St
   vertex_uses_.add(node, entry.edit.node, stream.age, stream.budget);
   result.vertices = entry.vertices;
   if (scene.nodes[node].has_instance_vertices) {
+    entry.is_shown = true;
+    entry.before.reset();
+    entry.before_charge = {};
     finish(stream, entry);
   } else if (vertex_uses_.is_built(entry.edit.node)) {
     const std::string* const reason = vertex_uses_.refusal(entry.edit.node);

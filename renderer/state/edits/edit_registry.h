@@ -79,6 +79,8 @@ class EditRegistry {
                               std::map<std::string, std::string> reasons = {});
   // Reports that the node is in the scene. Returns true if it is still requested.
   bool confirm_node(const RequestedNode& node);
+  // True if the node is in the scene, and one that replaces it is not yet.
+  bool is_being_replaced(const RequestedNode& node) const;
   // Reports that the node cannot be added.
   void refuse_node(const RequestedNode& node, const std::string& reason);
 
@@ -112,12 +114,20 @@ class EditRegistry {
     uint64_t fault_version = 0;  // the newest version that was counted as a fault
     std::shared_ptr<const wire::NodeAdded> node;
     std::shared_ptr<const scene::ReplacedVertices> vertices;
-    BudgetCharge charge;  // of the value
+    BudgetCharge charge;    // of the value
+    bool is_shown = false;  // the vertices are in effect
+    // Vertices that were in effect before: they stay while the newer ones wait for another mesh.
+    std::shared_ptr<const scene::ReplacedVertices> before;
+    BudgetCharge before_charge;
+    // Version of the added node that this one replaces: it stays in the scene until this one is there. 0:
+    // none.
+    uint64_t replaced_version = 0;
     BudgetCharge light, shadow_light;
     bool is_light_charged = false;  // for its cost beyond the file's light
     uint32_t bound_node = kNone;    // kNone: no node has the name
     bool is_looked_up = false;      // bound_node is valid for the scene of scene_revision_
     bool finished = true;           // no frame waits for it
+    bool awaits_build = false;      // counted in builds_awaited
     bool is_added = false;          // the added node is in the scene
     bool refused = false;
   };
@@ -129,6 +139,9 @@ class EditRegistry {
     std::map<Key, EditInForce> edits;
     std::vector<uint32_t> reserved_nodes;  // edited nodes of a suspended stream
     std::vector<uint64_t EditFaults::*> reported_causes;
+    uint32_t builds_awaited = 0;  // added nodes that are not in the scene yet
+    std::set<uint32_t>
+        waiting_vertices;  // nodes whose newest vertices may be of a mesh that is not there yet
     uint32_t refusals_reported = 0;
     uint32_t ineffective_reported = 0;
     bool reported_shadows = false;          // lights without a shadow
@@ -165,6 +178,7 @@ class EditRegistry {
   void resolve_node(const scene::Scene& scene, const PoseState& poses, uint32_t node);
   void report_unmatched();
   void finish(StreamEntry& stream, EditInForce& entry);
+  void end_wait_for_build(EditInForce& entry);
   EditInForce* find(const RequestedNode& node);
   void replace_vertices(const scene::Scene& scene, uint32_t node, StreamEntry& stream, EditInForce& entry,
                         scene::NodeEdit& result);

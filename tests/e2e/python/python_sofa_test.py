@@ -6,6 +6,7 @@ python_sofa_test.py FIRE3DV [CASE...]
 import os
 import struct
 import sys
+import time
 import types
 import warnings
 
@@ -199,6 +200,49 @@ def images(test):
         check(publisher.names == ["SOFA", "camera", "Tool.dofs"], f"{publisher.names}")
 
 
+def cuts(test):
+    """A model whose triangles change while images are drawn is in each of them: the old mesh stays until the new one is there."""
+    os.environ.update(vulkan_environment())
+    path = test.path("empty.glb")
+    fire3dv.sofa.write_scene(path)
+    root, model, _ = scene()
+    plain = {name: np.zeros(0, np.uint32) for name in ("vertPosIdx", "vertNormIdx")}
+    meshes = []
+    for cells in (2, 4):
+        x, y = (a.ravel() for a in np.meshgrid(np.linspace(-30, 30, cells), np.linspace(-30, 30, cells)))
+        corner = (np.arange(cells - 1)[:, None] * cells + np.arange(cells - 1)).ravel()
+        meshes.append((np.column_stack([x, y, 0 * x]), np.column_stack([corner, corner + 1, corner + cells + 1, corner + cells])))
+    model.triangles.set(np.zeros((0, 3), np.uint32))
+    model.texcoords.set(np.zeros((0, 2)))
+    for name, value in plain.items():
+        model.findData(name).set(value)
+    with fire3dv.Renderer(path, program=test.programs_at["fire3dv"], start_timeout_s=HANG_S,
+                          arguments=["--validation", "--cache", "off", "--ground", "off", "--samples", "1", "--shadows", "off"]) as renderer, \
+            renderer.stream("SOFA") as stream, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        publisher = fire3dv.sofa.Publisher(stream, root, metres_per_unit=MILLIMETRE, lights=False)
+        request, reference, frame, images = None, None, 0, 0
+        while images < 40 or frame < 60:
+            places, quads = meshes[frame // 10 % 2]
+            model.position.set(places + (0, 0, 1e-4 * (frame % 2)))  # vertices come with each frame
+            model.quads.set(quads.astype(np.uint32))
+            root.time.set(0.02 * frame)
+            publisher.publish()
+            frame += 1
+            if request is None:
+                request = stream.request_image(64, 48, node="camera", when="every_nth", outputs=["instance"])
+            image = request.poll() if reference is not None else request.wait(HANG_S)
+            while image is not None:
+                with image:
+                    mask = np.isin(image.instance, [n for n, name in image.names().items() if name.endswith("VisualModel/mesh")])
+                    reference = mask if reference is None else reference
+                    check(reference.sum() > 300, f"the model has {reference.sum()} pixels")
+                    check((mask == reference).all(), f"the model has {mask.sum()} pixels in the image of frame {image.sequence}")
+                    images += 1
+                image = request.poll()
+            time.sleep(0.005)
+
+
 def numbers(test):
     """Poses, lights, materials, times, textures and faults, without a renderer."""
     root, model, rigid = scene()
@@ -301,4 +345,4 @@ def controller(test):
 
 
 if __name__ == "__main__":
-    main({"numbers": numbers, "controller": controller, "images": images}, ["fire3dv"])
+    main({"numbers": numbers, "controller": controller, "images": images, "cuts": cuts}, ["fire3dv"])

@@ -166,9 +166,10 @@ class Publisher:
             if not np.isfinite(places).all():
                 raise ArgumentError(ErrorCode.ARGUMENT, f"a vertex of {model.getPathName()} is not finite: the simulation is unstable")
             if visual.has_changed(faces, places):
-                if name in self._visuals:
-                    self._stream.clear(self._mesh(name), Property.VERTICES)  # of the mesh before
+                is_new = name not in self._visuals
                 self._stream.add_node(name, self._root_name, asset_glb=visual.glb(faces, places))
+                if not is_new:  # those before are of the other mesh, which is shown until this one is there
+                    self._send(visual, places)
                 self._visuals[name] = visual
             elif not np.array_equal(places, visual.places):
                 self._send(visual, places)

@@ -415,6 +415,55 @@ TEST_F(EditRegistryTest, VerticesFinishWithNode) {
   EXPECT_EQ(registry_.take_finished().size(), 1u);
 }
 
+// A node that is added again, with a mesh of other vertices: the old mesh keeps its last vertices until then.
+TEST_F(EditRegistryTest, ReplacedNodeStaysUntilTheNext) {
+  const scene::Scene before = with_triangle(true);
+  scene::Scene after = before;
+  after.primitives[0].vertex_count = after.primitives[0].index_count = 4;
+  poses_.set_scene(before);
+  const StreamId id = stream(1);
+  const auto apply = [&](const scene::Scene& scene) {
+    registry_.apply(poses_.take_scene_changes());
+    return registry_.resolve(scene, poses_);
+  };
+  edit(id, "tissue", wire::Property::node, wire::NodeAdded{});
+  (void)apply(before);
+  const std::vector<RequestedNode> first = registry_.requested_nodes();
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_TRUE(registry_.confirm_node(first[0]));
+  wire::Vertices vertices;
+  vertices.positions.assign(3, {1, 2, 3});
+  edit(id, "ball", wire::Property::vertices, vertices);
+  (void)apply(before);
+  (void)registry_.take_finished();
+
+  edit(id, "tissue", wire::Property::node, wire::NodeAdded{});
+  vertices.positions.assign(4, {4, 5, 6});
+  edit(id, "ball", wire::Property::vertices, vertices);
+  scene::NodeEdits edits = apply(before);
+  EXPECT_TRUE(registry_.take_withdrawn_nodes().empty()) << "there would be neither";
+  EXPECT_TRUE(registry_.is_being_replaced(first[0]));
+  EXPECT_EQ(registry_.faults().unfit, 0u);
+  EXPECT_TRUE(registry_.take_finished().empty()) << "the frame would be shown without its mesh";
+  ASSERT_NE(edits.at(kBall).vertices, nullptr);
+  EXPECT_EQ(edits.at(kBall).vertices->positions[0], glm::vec3(1, 2, 3));
+  EXPECT_EQ(registry_.vertex_uses().names(), std::set<std::string>{"ball"}) << "the next scene has them, too";
+
+  EXPECT_TRUE(registry_.confirm_node(registry_.requested_nodes().at(0)));
+  EXPECT_FALSE(registry_.is_being_replaced(first[0]));
+  poses_.set_scene(after);
+  edits = registry_.resolve(after, poses_);
+  ASSERT_NE(edits.at(kBall).vertices, nullptr);
+  EXPECT_EQ(edits.at(kBall).vertices->positions.size(), 4u);
+  EXPECT_EQ(registry_.take_finished().size(), 2u);
+  EXPECT_EQ(registry_.faults().unfit, 0u);
+
+  edit(id, "tissue", wire::Property::node, wire::NodeAdded{});
+  (void)apply(after);
+  registry_.refuse_node(registry_.requested_nodes().at(0), "it is broken");
+  EXPECT_EQ(registry_.take_withdrawn_nodes().size(), 1u) << "what a refused node replaces goes, too";
+}
+
 TEST_F(EditRegistryTest, WantedNodesExcludeRefused) {
   const StreamId older = stream(1), younger = stream(2);
   wire::NodeAdded node;
