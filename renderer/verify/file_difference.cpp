@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/text.h"
+#include "renderer/sinks/gray_png.h"
 #include "renderer/sinks/png.h"
-#include "renderer/verify/gray_png.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -50,7 +50,8 @@ std::optional<std::string> png_difference(Bytes stored, Bytes drawn) {
   if (!before) return before.error().message;
   if (!now) return now.error().message;
   constexpr uint64_t kMaxPixels = sinks::PngLimits().max_pixels;
-  const auto gray_before = decode_gray16(stored, kMaxPixels), gray_now = decode_gray16(drawn, kMaxPixels);
+  const auto gray_before = sinks::decode_gray16(stored, kMaxPixels),
+             gray_now = sinks::decode_gray16(drawn, kMaxPixels);
   if (!gray_before || !gray_now || gray_before->width != gray_now->width ||
       gray_before->height != gray_now->height) {
     if (auto difference = pixel_difference(before->image, now->image)) return difference;

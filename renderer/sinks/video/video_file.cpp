@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
+#include <string_view>
 
 #include "base/files.h"
 #include "renderer/sinks/video/bt709.h"
@@ -10,6 +12,8 @@
 
 namespace fire3dv::sinks {
 namespace {
+
+constexpr const char* kGray12 = "h265 with 12-bit grey";
 
 // Encoders of each codec in order of preference.
 struct Encoder {
@@ -25,12 +29,15 @@ constexpr std::array kEncoders{
     Encoder{"h264", "libx264", "crf", "18", 51, 1, "preset=medium"},
     Encoder{"h265", "libx265", "crf", "20", 51, 1,
             "preset=medium,x265-params=log-level=error:frame-threads=4:pools=8:info=0"},
+    Encoder{kGray12, "libx265", nullptr, nullptr, 0, 16,
+            "preset=medium,x265-params=lossless=1:log-level=error:frame-threads=4:pools=8:info=0"},
     Encoder{"av1", "libsvtav1", "crf", "26", 63, 64, "preset=8"},
     Encoder{"av1", "libaom-av1", "crf", "26", 63, 1, "cpu-used=6,row-mt=1"},
     Encoder{"ffv1", "ffv1", nullptr, nullptr, 0, 1, "level=3,slicecrc=1"},
 };
 
 std::string codec_of(const VideoSettings& settings) {
+  if (settings.is_gray12) return kGray12;
   if (!settings.codec.empty()) return settings.codec;
   return lower_extension(settings.path) == ".webm" ? "av1" : "h264";
 }
@@ -59,7 +66,7 @@ Result<Chosen> choose(const Libav& av, const VideoSettings& settings) {
     if (!codec || too_small || av.avformat_query_codec(format, codec->id, FF_COMPLIANCE_NORMAL) != 1)
       continue;
     if (wanted == encoder.codec) return Chosen{&encoder, codec, format};
-    if (there.find(encoder.codec) == std::string::npos)
+    if (std::string_view(encoder.codec) != kGray12 && there.find(encoder.codec) == std::string::npos)
       there += (there.empty() ? "" : ", ") + std::string(encoder.codec);
   }
   return Error{"codec " + wanted + " is not available for " + lower_extension(settings.path) +
@@ -76,6 +83,15 @@ Result<void> check_quality(const VideoSettings& settings, const Encoder& encoder
   return {};
 }
 
+// Its own options have a minimum interval, and frames that refer to earlier groups.
+void add_x265_interval(const Libav& av, int frames, AVDictionary** options) {
+  const AVDictionaryEntry* const before = av.av_dict_get(*options, "x265-params", nullptr, 0);
+  const std::string number = std::to_string(frames);
+  const std::string text = std::string(before ? before->value : "") + ":keyint=" + number +
+                           ":min-keyint=" + number + ":open-gop=0:bframes=0";
+  av.av_dict_set(options, "x265-params", text.c_str(), 0);
+}
+
 }  // namespace
 
 bool is_video_name(const std::filesystem::path& path) {
@@ -89,24 +105,6 @@ bool is_foreign_video_name(const std::filesystem::path& path) {
   const std::string ending = lower_extension(path);
   return std::any_of(kForeign.begin(), kForeign.end(),
                      [&](const char* foreign) { return ending == foreign; });
-}
-
-Result<void> check_video_settings(const VideoSettings& settings) {
-  const auto av = libav();
-  if (!av) return av.error();
-  const auto chosen = choose(**av, settings);
-  if (!chosen) return chosen.error();
-  if (auto good = check_quality(settings, *chosen->encoder); !good) return good;
-  std::error_code fault;
-  if (std::filesystem::is_directory(settings.path, fault))
-    return Error{settings.path.string() +
-                 " is a folder, and a video is a file: name another, or remove the folder"};
-  // Matroska time stamps have millisecond resolution.
-  if (container_of(settings.path) != std::string_view("mp4") &&
-      settings.fps_numerator > 1000 * settings.fps_denominator)
-    return Error{"a " + lower_extension(settings.path) +
-                 " video has at most 1000 frames a second: choose a lower --fps, or .mp4"};
-  return {};
 }
 
 Result<std::string> read_video_comment(const std::filesystem::path& path) {
@@ -164,18 +162,21 @@ struct VideoFile::Impl {
   Result<void> open(const Chosen& chosen);
   Result<void> open_encoder(const Chosen& chosen);
   Result<void> open_conversion();
+  Result<void> begin_frame();   // the frame can be filled
+  Result<void> encode_frame();  // after begin_frame()
   Result<void> write_packets();
 };
 
 Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
   encoder = av.avcodec_alloc_context3(chosen.codec);
   if (!encoder) return Error{"there is no memory left for the video"};
-  const bool keeps_rgb = chosen.encoder->quality == nullptr;
+  const bool is_gray = settings.is_gray12, keeps_rgb = chosen.encoder->quality == nullptr && !is_gray;
   encoder->width = static_cast<int>(settings.width);
   encoder->height = static_cast<int>(settings.height);
   encoder->time_base = {static_cast<int>(settings.fps_denominator), static_cast<int>(settings.fps_numerator)};
   encoder->framerate = {encoder->time_base.den, encoder->time_base.num};
   encoder->pix_fmt = keeps_rgb              ? AV_PIX_FMT_BGR0
+                     : is_gray              ? AV_PIX_FMT_GRAY12LE
                      : settings.full_chroma ? AV_PIX_FMT_YUV444P
                                             : AV_PIX_FMT_YUV420P;
   set_bt709(*encoder);
@@ -183,7 +184,18 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
     encoder->colorspace = AVCOL_SPC_RGB;
     encoder->color_range = AVCOL_RANGE_JPEG;
   }
-  encoder->chroma_sample_location = AVCHROMA_LOC_LEFT;
+  if (is_gray) {  // numbers, no colours
+    encoder->color_primaries = AVCOL_PRI_UNSPECIFIED;
+    encoder->color_trc = AVCOL_TRC_UNSPECIFIED;
+    encoder->colorspace = AVCOL_SPC_UNSPECIFIED;
+    encoder->color_range = AVCOL_RANGE_JPEG;
+  } else {
+    encoder->chroma_sample_location = AVCHROMA_LOC_LEFT;
+  }
+  if (settings.key_frame_interval) {
+    encoder->gop_size = *settings.key_frame_interval;
+    encoder->max_b_frames = 0;
+  }
   encoder->sample_aspect_ratio = {1, 1};
   encoder->flags |= AV_CODEC_FLAG_BITEXACT;  // no version strings: the same frames give the same bytes
   if (format->oformat->flags & AVFMT_GLOBALHEADER) encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
@@ -204,6 +216,8 @@ Result<void> VideoFile::Impl::open_encoder(const Chosen& chosen) {
                    text.substr(equals + 1, end - equals - 1).c_str(), 0);
     at = end + 1;
   }
+  if (settings.key_frame_interval && chosen.codec->id == AV_CODEC_ID_HEVC)
+    add_x265_interval(av, *settings.key_frame_interval, &options);
   if (chosen.encoder->quality) {
     const std::string quality = settings.crf ? std::to_string(*settings.crf) : chosen.encoder->usual_quality;
     av.av_dict_set(&options, chosen.encoder->quality, quality.c_str(), 0);
@@ -241,7 +255,9 @@ Result<void> VideoFile::Impl::open(const Chosen& chosen) {
   format->oformat = chosen.format;
   format->flags |= AVFMT_FLAG_BITEXACT;
   if (auto opened = open_encoder(chosen); !opened) return opened;
-  if (auto opened = open_conversion(); !opened) return opened;
+  if (!settings.is_gray12) {
+    if (auto opened = open_conversion(); !opened) return opened;
+  }
   stream = av.avformat_new_stream(format, nullptr);
   if (!stream) return Error{"there is no memory left for the video"};
   if (const int done = av.avcodec_parameters_from_context(stream->codecpar, encoder); done < 0)
@@ -283,6 +299,45 @@ Result<void> VideoFile::Impl::write_packets() {
   }
 }
 
+Result<void> VideoFile::Impl::begin_frame() {
+  FIRE3DV_ASSERT(!finished);
+  // The encoder may hold a reference to the previous frame.
+  if (const int done = av.av_frame_make_writable(frame); done < 0) return failed("take memory for", done);
+  return {};
+}
+
+Result<void> VideoFile::Impl::encode_frame() {
+  frame->pts = static_cast<int64_t>(frames++);
+  if (const int sent = av.avcodec_send_frame(encoder, frame); sent < 0) return failed("encode", sent);
+  return write_packets();
+}
+
+Result<void> check_video_settings(const VideoSettings& settings) {
+  const auto av = libav();
+  if (!av) return av.error();
+  const auto chosen = choose(**av, settings);
+  if (!chosen) return chosen.error();
+  if (auto good = check_quality(settings, *chosen->encoder); !good) return good;
+  if (settings.is_gray12) {
+    VideoFile::Impl trial(**av, settings);
+    trial.format = (*av)->avformat_alloc_context();
+    if (!trial.format) return Error{"there is no memory left for the video"};
+    trial.format->oformat = chosen->format;
+    if (!trial.open_encoder(*chosen))
+      return Error{"the H.265 encoder of this system (x265) takes no grey of 12 bits"};
+  }
+  std::error_code fault;
+  if (std::filesystem::is_directory(settings.path, fault))
+    return Error{settings.path.string() +
+                 " is a folder, and a video is a file: name another, or remove the folder"};
+  // Matroska time stamps have millisecond resolution.
+  if (container_of(settings.path) != std::string_view("mp4") &&
+      settings.fps_numerator > 1000 * settings.fps_denominator)
+    return Error{"a " + lower_extension(settings.path) +
+                 " video has at most 1000 frames a second: choose a lower --fps, or .mp4"};
+  return {};
+}
+
 VideoFile::VideoFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 VideoFile::~VideoFile() = default;
 
@@ -301,19 +356,26 @@ Result<std::unique_ptr<VideoFile>> VideoFile::open(const VideoSettings& settings
   return std::unique_ptr<VideoFile>(new VideoFile(std::move(impl)));
 }
 
+Result<void> VideoFile::add_gray12(std::span<const uint16_t> values) {
+  Impl& it = *impl_;
+  const size_t width = it.settings.width, height = it.settings.height;
+  FIRE3DV_ASSERT(it.settings.is_gray12 && values.size() == width * height);
+  if (auto ready = it.begin_frame(); !ready) return ready;
+  for (size_t y = 0; y < height; ++y)
+    std::memcpy(it.frame->data[0] + static_cast<ptrdiff_t>(y) * it.frame->linesize[0],
+                values.data() + y * width, width * sizeof(uint16_t));
+  return it.encode_frame();
+}
+
 Result<void> VideoFile::add(std::span<const uint8_t> rgba8) {
   Impl& it = *impl_;
-  FIRE3DV_ASSERT(rgba8.size() == size_t{4} * it.settings.width * it.settings.height && !it.finished);
-  // The encoder may hold a reference to the previous frame.
-  if (const int done = it.av.av_frame_make_writable(it.frame); done < 0)
-    return it.failed("take memory for", done);
+  FIRE3DV_ASSERT(!it.settings.is_gray12 &&
+                 rgba8.size() == size_t{4} * it.settings.width * it.settings.height);
+  if (auto ready = it.begin_frame(); !ready) return ready;
   const uint8_t* const rows[] = {rgba8.data()};
   const int strides[] = {static_cast<int>(4 * it.settings.width)};
   it.av.sws_scale(it.conversion, rows, strides, 0, it.encoder->height, it.frame->data, it.frame->linesize);
-  it.frame->pts = static_cast<int64_t>(it.frames++);
-  if (const int sent = it.av.avcodec_send_frame(it.encoder, it.frame); sent < 0)
-    return it.failed("encode", sent);
-  return it.write_packets();
+  return it.encode_frame();
 }
 
 Result<void> VideoFile::finish() {

@@ -1,6 +1,6 @@
 // Video encoder and container file (libav). sRGB pixels become limited-range BT.709 YUV with matching tags
-// (primaries and matrix BT.709, transfer sRGB); FFV1 stores RGB losslessly. The output is deterministic for
-// one libav version.
+// (primaries and matrix BT.709, transfer sRGB); FFV1 stores RGB losslessly. Grey values of 12 bits are stored
+// losslessly by H.265. The output is deterministic for one libav version.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,10 @@ struct VideoSettings {
   // Constant rate factor: smaller is better. nullopt: visually near lossless.
   std::optional<int> crf;
   bool full_chroma = false;  // 4:4:4 instead of 4:2:0; few players support it
+  bool is_gray12 = false;    // lossless grey of 12 bits, by codec h265
+  // Frames from one key frame to the next, without frames that refer to later ones; nullopt: the encoder's
+  // choice.
+  std::optional<int> key_frame_interval;
   uint32_t width = 0, height = 0;
   int64_t fps_numerator = 30, fps_denominator = 1;
   std::string comment;  // metadata of the file; empty: none
@@ -44,13 +48,16 @@ class VideoFile {
   VideoFile(const VideoFile&) = delete;
   VideoFile& operator=(const VideoFile&) = delete;
 
-  // rgba8: width * height * 4 bytes, top row first.
+  // rgba8: width * height * 4 bytes, top row first. Not with is_gray12.
   Result<void> add(std::span<const uint8_t> rgba8);
+  // width * height values from 0 to 4095, top row first. With is_gray12.
+  Result<void> add_gray12(std::span<const uint16_t> values);
   // Flushes the encoder and renames the file to its path.
   Result<void> finish();
   uint64_t frames() const;
 
  private:
+  friend Result<void> check_video_settings(const VideoSettings& settings);  // opens an encoder
   struct Impl;
   explicit VideoFile(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

@@ -10,8 +10,8 @@
 
 #include "renderer/dataset/layouts/image_files.h"
 #include "renderer/sinks/file_sink.h"
+#include "renderer/sinks/gray_png.h"
 #include "renderer/sinks/png.h"
-#include "renderer/verify/gray_png.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -55,11 +55,11 @@ TEST(FileDifference, NamesThePixelOfColours) {
 TEST(FileDifference, NamesThePixelOfDepth) {
   std::vector<uint16_t> depth{0, 1, 2, 3, 4, 50000};
   const Bytes before = dataset::encode_gray_png(depth, 3, 2);
-  EXPECT_EQ(decode_gray16(before, 100)->pixels, depth);
+  EXPECT_EQ(sinks::decode_gray16(before, 100)->pixels, depth);
   depth[4] = 5;
   EXPECT_EQ(file_difference("a.png", before, dataset::encode_gray_png(depth, 3, 2)),
             "pixel (1, 1) is 4 in the file and 5 here");
-  EXPECT_FALSE(decode_gray16(before, 5).has_value());
+  EXPECT_FALSE(sinks::decode_gray16(before, 5).has_value());
   // The same high bytes in 8 bits are another image.
   const Bytes dark = dataset::encode_gray_png(std::vector<uint16_t>{0, 1, 2, 3, 4, 5}, 3, 2);
   sinks::FrameImage black;
@@ -69,8 +69,8 @@ TEST(FileDifference, NamesThePixelOfDepth) {
   EXPECT_EQ(file_difference("a.png", png_of(black), dark), "it is not a grey image of 16 bits in both");
   EXPECT_EQ(file_difference("a.png", dark, png_of(black)), "it is not a grey image of 16 bits in both");
   for (size_t bytes = 0; bytes < before.size(); ++bytes)
-    (void)decode_gray16(std::span(before).first(bytes), 100);
-  EXPECT_FALSE(decode_gray16(png_of(image_of(1)), 100).has_value());
+    (void)sinks::decode_gray16(std::span(before).first(bytes), 100);
+  EXPECT_FALSE(sinks::decode_gray16(png_of(image_of(1)), 100).has_value());
 }
 
 TEST(FileDifference, NamesTheElementOfArrays) {

@@ -1,11 +1,11 @@
-#include "renderer/verify/gray_png.h"
+#include "renderer/sinks/gray_png.h"
 
 #include <zlib.h>
 
 #include <cstdlib>
 #include <cstring>
 
-namespace fire3dv::verify {
+namespace fire3dv::sinks {
 namespace {
 
 constexpr size_t kSignatureBytes = 8, kChunkHeadBytes = 8, kCrcBytes = 4, kHeaderBytes = 13;
@@ -84,4 +84,4 @@ std::optional<Gray16> decode_gray16(std::span<const uint8_t> png, uint64_t max_p
   return image;
 }
 
-}  // namespace fire3dv::verify
+}  // namespace fire3dv::sinks
