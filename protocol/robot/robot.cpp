@@ -15,15 +15,14 @@ std::string in_quotes(const std::string& name) {
   return "\"" + wire::printable(name) + "\"";
 }
 
-// Axes of a planar joint: X and Y turned by the shortest rotation from Z to the normal.
+}  // namespace
+
 std::pair<Vector, Vector> plane_axes(const Vector& normal) {
   const auto [x, y, z] = normal;
   if (z < -1 + 1e-12) return {{1, 0, 0}, {0, -1, 0}};
   const double a = 1 / (1 + z);
   return {{1 - a * x * x, -a * x * y, -x}, {-a * x * y, 1 - a * y * y, -y}};
 }
-
-}  // namespace
 
 const char* name_of(JointType type) {
   switch (type) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -59,6 +60,8 @@ struct NamedPose {
 
 // Count of the numbers of a position.
 size_t position_count_of(JointType type);
+// Axes of a planar joint: X and Y turned by the shortest rotation from Z to the normal.
+std::pair<Vector, Vector> plane_axes(const Vector& normal);
 
 class Robot {
  public:
