@@ -63,7 +63,7 @@ ALLOWED = {
                            "renderer/settings renderer/passes",
     "renderer/offline": WIRE + " protocol/record renderer/scene renderer/gpu renderer/state renderer/settings renderer/passes renderer/sinks "
                                "renderer/capture renderer/app " + ROOMS,
-    "renderer/dataset": WIRE + " renderer/scene renderer/state renderer/settings renderer/passes/view renderer/passes/outputs renderer/sinks renderer/camera renderer/app "
+    "renderer/dataset": WIRE + " protocol/record protocol/robot renderer/scene renderer/state renderer/settings renderer/passes/view renderer/passes/outputs renderer/sinks renderer/camera renderer/app "
                                "renderer/offline",
     "renderer/relabel": WIRE + " protocol/robot protocol/record protocol/import renderer/scene renderer/state renderer/app renderer/offline renderer/dataset "
                                "renderer/loading",

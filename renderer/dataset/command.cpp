@@ -1,6 +1,7 @@
 #include "renderer/dataset/command.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,9 +14,11 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
+#include "protocol/robot/robot_file.h"
 #include "renderer/dataset/dataset_format.h"
 #include "renderer/dataset/labels/keypoints.h"
 #include "renderer/dataset/labels/objects.h"
+#include "renderer/dataset/labels/recorded_state.h"
 #include "renderer/dataset/randomize/randomizer.h"
 #include "renderer/offline/image_set.h"
 #include "renderer/passes/outputs/silhouettes.h"
@@ -42,6 +45,7 @@ class LabelledImages final : public offline::ImageSet {
     return options_.is_stereo ? std::optional(camera ^ 1) : std::nullopt;
   }
   Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene& scene,
+                                                            const std::filesystem::path& gltf_file,
                                                             Settings& settings) override;
   Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const override;
   void add_poses(uint64_t image, const app::CameraRig::Placed& camera, const app::CameraRig::Placed* other,
@@ -49,10 +53,13 @@ class LabelledImages final : public offline::ImageSet {
 
  private:
   Result<void> randomize(const scene::Scene& scene, Description& description, Settings& settings);
+  Result<void> describe_episode(const scene::Scene& scene, const std::filesystem::path& gltf_file,
+                                Description& description);
 
   const DatasetOptions& options_;
   const Plan* const plan_;
   std::optional<Randomizer> randomizer_;
+  std::optional<RecordedState> state_;
   std::unique_ptr<Layout> layout_;
   wire::ImageOutputs outputs_;
   bool has_flow_forward_ = false;
@@ -122,8 +129,36 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   return is_whole ? randomizer_->set_scene(scene, options_.run.drawing.draw) : Result<void>();
 }
 
-Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const scene::Scene& scene,
-                                                                          Settings& settings) {
+Result<void> LabelledImages::describe_episode(const scene::Scene& scene,
+                                              const std::filesystem::path& gltf_file,
+                                              Description& description) {
+  Episode& episode = description.episode;
+  episode.fps = static_cast<uint32_t>(options_.run.rate.value_or(offline::FrameRate{}).numerator);
+  episode.task = options_.task;
+  episode.has_linear_depth = options_.has_depth_scale;
+  if (options_.run.recording.empty()) return {};
+  auto moved = find_moved_nodes(options_.run.recording, scene);
+  if (!moved) return moved.error();
+  auto robot = robot::find_robot(gltf_file, true);
+  if (!robot) log_message(warning(robot.error().message + "; the state has no joint positions"));
+  state_.emplace(scene, robot ? *robot : std::nullopt, *moved);
+  if (!state_->note().empty())
+    log_message(warning(state_->note() + ": the state is the poses of the nodes that move"));
+  if (const size_t count = state_->names().size() + state_->environment_names().size();
+      count > kMaxStateNumbers) {
+    description.warnings.push_back("no state: " + counted(moved->size(), "node") + " and their joints have " +
+                                   counted(count, "number") + ", more than " +
+                                   std::to_string(kMaxStateNumbers));
+    state_.reset();
+    return {};
+  }
+  episode.state_names = state_->names();
+  episode.environment_names = state_->environment_names();
+  return {};
+}
+
+Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(
+    const scene::Scene& scene, const std::filesystem::path& gltf_file, Settings& settings) {
   Description description;
   description.format = options_.format;
   description.command = options_.command;
@@ -145,8 +180,13 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
   }
   if (auto found = find_objects(scene, options_.objects, description); !found) return found.error();
   if (auto read = read_keypoints(scene, options_.keypoints, description); !read) return read.error();
+  if (options_.format == kLerobot) {
+    if (auto described = describe_episode(scene, gltf_file, description); !described)
+      return described.error();
+  }
   if (const auto depth = layout_->depth16(description);
-      options_.has_depth_scale && !(depth && depth->unit_mm == description.depth_unit_mm))
+      options_.has_depth_scale && !description.episode.has_linear_depth &&
+      !(depth && depth->unit_mm == description.depth_unit_mm))
     log_message(warning("--depth-scale has no effect: the format " + options_.format +
                         " has no depth images with a scale"));
   if (auto drawn = randomize(scene, description, settings); !drawn) return drawn.error();
@@ -178,6 +218,15 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(const 
                                    {"license", options_.license}});
   if (options_.format == "webdataset")
     settings.emplace_back("archive size", std::to_string(description.tar_bytes));
+  if (const Episode& episode = description.episode; episode.fps != 0) {
+    std::string numbers;
+    for (const auto* list : {&episode.state_names, &episode.environment_names}) {
+      for (const std::string& name : *list) numbers += name + "\n";
+    }
+    settings.insert(settings.end(), {{"task", episode.task},
+                                     {"depth steps", episode.has_linear_depth ? "equal" : "logarithmic"},
+                                     {"state", numbers}});
+  }
   format_ = std::make_shared<DatasetFormat>(std::move(description), std::move(layout_), std::move(files));
   return std::shared_ptr<offline::FrameFormat>(format_);
 }
@@ -211,6 +260,11 @@ void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& cam
   if (randomizer_) {
     now.drawn = randomizer_->drawn();
     now.noise = randomizer_->noise();
+  }
+  if (state_) {
+    RecordedState::Values values = state_->read(poses);
+    now.state = std::move(values.state);
+    now.environment = std::move(values.environment);
   }
   for (const Instance& instance : description.instances)
     now.world_from_instance.emplace_back(poses.world_from_node(instance.number - 1));

@@ -10,6 +10,7 @@
 #include "base/command_line.h"
 #include "base/files.h"
 #include "base/words.h"
+#include "renderer/dataset/labels/description.h"
 #include "renderer/dataset/layouts/layout.h"
 #include "renderer/offline/drawing_words.h"
 
@@ -20,7 +21,7 @@ constexpr const char* kCommand = "dataset";
 constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rate",        "--start",
                                 "--end",         "--clock", "--object",   "--keypoints",   "--license",
                                 "--depth-scale", "--shard", "--tar-size", "--flow-frames", "--randomize",
-                                "--seed",        "--draws", "--images"};
+                                "--seed",        "--draws", "--images",   "--task"};
 constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
 constexpr std::array kNotStored{"--out", "--keypoints", "--randomize", "--draws", "--shard", "--help", "-h"};
 constexpr uint32_t kMaxFlowFrames = 1000;
@@ -42,8 +43,9 @@ std::string formats_text() {
 }  // namespace
 
 std::string command_text(const char* command, int argc, char** argv) {
-  constexpr std::array kTexts{"--format", "--camera", "--object",      "--clock", "--license",
-                              "--up",     "--prefix", "--fixed-frame", "--demo"};
+  constexpr std::array kTexts{"--format",  "--camera", "--object",  "--clock",
+                              "--license", "--up",     "--prefix",  "--fixed-frame",
+                              "--demo",    "--task",   "--episode", "--joint-unit"};
   std::string text = std::string("fire3dv ") + command;
   const std::vector<std::string> words =
       offline::without_machine_options(std::vector<std::string>(argv + 2, argv + argc));
@@ -108,6 +110,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
   group.add("--keypoints", options.keypoints, "FILE.json", "named points of nodes (see manual)");
   group.add("--license", options.license, "TEXT", "licence that the data set states");
   group.add("--depth-scale", options.depth_unit_mm, "MM", "unit of 16-bit depth images in millimetres");
+  group.add("--task", options.task, "TEXT", "the task in words (lerobot)");
   group.add("--tar-size", options.tar_mb, "MB", "largest archive of webdataset (default 1000)");
   group.add("--flow-frames", flow_frames, "N",
             "optical flow to images N frames later and earlier (c3vd: 1, folder: 0)");
@@ -144,6 +147,11 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     if (!parsed) return refuse(parsed.error().message);
     options.run.rate = *parsed;
   }
+  const bool is_lerobot = options.format == kLerobot;
+  if (is_lerobot && !options.run.rate) options.run.rate = offline::FrameRate{};
+  if (is_lerobot && (options.run.rate->denominator != 1 || options.run.rate->numerator > kMaxFps))
+    return refuse("--rate: lerobot takes a whole number of frames a second, at most " +
+                  std::to_string(kMaxFps));
   if (const auto wrong = offline::check_range(options.run.start_s, options.run.end_s)) return refuse(*wrong);
   if (is_scene && !options.run.clock.empty()) return refuse("--clock is for recordings, and this is a scene");
   if (is_scene && options.run.drawing.animate.empty() && (options.run.end_s || options.run.start_s != 0))
@@ -154,6 +162,7 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
     return std::any_of(words.own.begin(), words.own.end(),
                        [&](const std::string& word) { return word.substr(0, word.find('=')) == option; });
   };
+  if (names("--task") && !is_lerobot) return refuse("--task is for --format lerobot");
   if (names("--tar-size") && options.format != "webdataset")
     return refuse("--tar-size is for --format webdataset");
   if (!(options.tar_mb >= 0.1 && options.tar_mb <= 1e6))

@@ -20,11 +20,12 @@ struct DatasetOptions {
   std::filesystem::path keypoints;   // side file; empty: none
   std::string license;
   double depth_unit_mm = 0.1;
-  bool is_stereo = false;           // cameras are pairs with disparity
-  uint32_t flow_frames = 0;         // flow to images so many frames later and earlier; 0: none
-  double tar_mb = 1000;             // most of an archive, in 10^6 bytes
-  bool has_depth_scale = false;     // the command line names the unit
-  std::filesystem::path randomize;  // randomisation file; empty: none
+  bool is_stereo = false;                // cameras are pairs with disparity
+  uint32_t flow_frames = 0;              // flow to images so many frames later and earlier; 0: none
+  std::string task = "recorded motion";  // lerobot
+  double tar_mb = 1000;                  // most of an archive, in 10^6 bytes
+  bool has_depth_scale = false;          // the command line names the unit
+  std::filesystem::path randomize;       // randomisation file; empty: none
   uint64_t seed = 0;
   std::filesystem::path draws;  // draws in place of those of the seed; empty: none
   std::string command;          // the command line, without what differs between shards

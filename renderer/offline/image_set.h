@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,7 +34,10 @@ class ImageSet {
   // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;
-  virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene, Settings& settings) = 0;
+  // gltf_file: of the scene, or its conversion.
+  virtual Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene& scene,
+                                                           const std::filesystem::path& gltf_file,
+                                                           Settings& settings) = 0;
   // Checks a camera, by its index, with additions and edits of the overlay file. Before the first image.
   virtual Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const = 0;
   // Changes from image to image. Null: there are none.

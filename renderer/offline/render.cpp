@@ -341,7 +341,7 @@ Result<bool> Render::run() {
   if (!manifest) return manifest.error();
   std::shared_ptr<FrameFormat> format;
   if (set_) {
-    auto opened = set_->open_format((*loaded)->scene, manifest->settings);
+    auto opened = set_->open_format((*loaded)->scene, load.gltf_file(), manifest->settings);
     if (!opened) return (*scene)->with_title(opened.error());
     format = std::move(*opened);
     manifest->cameras = static_cast<uint32_t>(camera_names().size());

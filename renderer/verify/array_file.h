@@ -26,7 +26,8 @@ class ArrayOutputs final : public offline::ImageSet {
   explicit ArrayOutputs(wire::ImageOutput output) : outputs_(wire::kColorSrgb8) { outputs_.add(output); }
   wire::ImageOutputs outputs() const override { return outputs_; }
   const std::vector<std::string>& cameras() const override { return cameras_; }
-  Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene&, Settings&) override {
+  Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene&, const std::filesystem::path&,
+                                                            Settings&) override {
     return std::shared_ptr<offline::FrameFormat>();
   }
   Result<void> check_camera(size_t, const app::CameraRig::Placed&) const override { return {}; }

@@ -58,6 +58,24 @@ bool numbers_at(const ordered_json& from, const char* name, double (&values)[3])
   return true;
 }
 
+bool texts_at(const ordered_json& json, const char* name, std::vector<std::string>& out) {
+  const auto found = json.find(name);
+  if (found == json.end() || !found->is_array() || found->size() > kMaxStateNumbers) return false;
+  for (const auto& each : *found) {
+    if (!each.is_string()) return false;
+    out.push_back(each.get<std::string>());
+  }
+  return true;
+}
+
+bool parse(const ordered_json& json, Episode& out) {
+  if (!json.is_object() || !number_at(json, "fps", out.fps) || out.fps == 0 || out.fps > kMaxFps)
+    return false;
+  out.task = text_at(json, "task");
+  out.has_linear_depth = flag_at(json, "linear_depth");
+  return texts_at(json, "state", out.state_names) && texts_at(json, "environment", out.environment_names);
+}
+
 bool parse(const ordered_json& json, Description& out) {
   if (!json.is_object() || text_at(json, "type") != "fire3dv dataset") return false;
   out.format = text_at(json, "format");
@@ -71,6 +89,8 @@ bool parse(const ordered_json& json, Description& out) {
     return false;
   if (json.contains("flow_frames") && !number_at(json, "flow_frames", out.flow_frames)) return false;
   out.is_stereo = flag_at(json, "stereo");
+  if (const auto episode = json.find("episode"); episode != json.end() && !parse(*episode, out.episode))
+    return false;
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"}) {
     if (!json.contains(name) || !json[name].is_array()) return false;
     const bool has_texts = std::string_view("cameras warnings").find(name) != std::string_view::npos;
@@ -150,6 +170,14 @@ std::string to_json(const Description& description) {
   json["label_alpha"] = description.label_alpha;
   json["flow_frames"] = description.flow_frames;
   json["stereo"] = description.is_stereo;
+  if (const Episode& episode = description.episode; episode.fps != 0) {
+    ordered_json& written = json["episode"];
+    written = {
+        {"fps", episode.fps}, {"task", text(episode.task)}, {"linear_depth", episode.has_linear_depth}};
+    for (const char* name : {"state", "environment"}) written[name] = ordered_json::array();
+    for (const std::string& name : episode.state_names) written["state"].push_back(text(name));
+    for (const std::string& name : episode.environment_names) written["environment"].push_back(text(name));
+  }
   for (const char* name : {"cameras", "objects", "instances", "keypoints", "warnings"})
     json[name] = ordered_json::array();
   for (const std::string& camera : description.cameras) json["cameras"].push_back(text(camera));

@@ -39,6 +39,15 @@ struct Keypoint {
   uint32_t instance = 0;  // number of the node's instance; 0: the node has no labelled mesh
 };
 
+// Set of a format for policies; other formats have none.
+struct Episode {
+  uint32_t fps = 0;               // images of a camera a second; 0: another format
+  std::string task;               // in words
+  bool has_linear_depth = false;  // in steps of depth_unit_mm; false: logarithmic
+  // Numbers of the state, and of the environment's state.
+  std::vector<std::string> state_names, environment_names;
+};
+
 struct Description {
   std::string format;   // "bop"
   std::string command;  // makes the data set again; the same on all machines
@@ -50,6 +59,7 @@ struct Description {
   double label_alpha = 0.5;                // blended surfaces with more alpha have labels
   uint32_t flow_frames = 0;                // flow is to the images so many frames later and earlier; 0: none
   bool is_stereo = false;                  // cameras are pairs, one after the other
+  Episode episode;
   std::vector<Object> objects;
   std::vector<Instance> instances;  // ascending by number
   std::vector<Keypoint> keypoints;
@@ -64,6 +74,8 @@ struct Description {
 };
 
 constexpr double kMillimetres = 1000;  // in a metre
+constexpr size_t kMaxStateNumbers = 4096;
+constexpr uint32_t kMaxFps = 100'000;
 
 // The first names in quotation marks, for messages.
 std::string list_names(const std::vector<std::string>& names);

@@ -234,6 +234,8 @@ void add_json(const ImageLabels& labels, const Description& description, ordered
                     : value.numbers.size() == 1 ? ordered_json(value.numbers.front())
                                                 : ordered_json(value.numbers);
   }
+  if (!description.episode.state_names.empty()) line["state"] = labels.poses.state;
+  if (!description.episode.environment_names.empty()) line["environment_state"] = labels.poses.environment;
   line["brightness"] = std::round(labels.brightness * 100) / 100;
   if (labels.beyond_range_px) line["beyond_range_px"] = *labels.beyond_range_px;
   const uint64_t pixels = uint64_t{k.image_px.x} * k.image_px.y;

@@ -24,10 +24,11 @@ struct ImagePoses {
   glm::dmat4 world_from_camera{1};              // OpenCV's axes; metres
   std::vector<glm::dmat4> world_from_instance;  // of the nodes of Description::instances
   std::vector<glm::dmat4> world_from_keypoint_node;
-  std::optional<double> baseline_m;  // of a stereo pair: distance of the cameras, along their x axis
-  DrawnValues drawn;                 // parameters of the randomisation
-  double noise = 0;                  // to be added to the colours, see add_noise(); 0: none
-  std::string stereo_fault;          // why the pair has no disparity; empty: it has
+  std::optional<double> baseline_m;        // of a stereo pair: distance of the cameras, along their x axis
+  DrawnValues drawn;                       // parameters of the randomisation
+  double noise = 0;                        // to be added to the colours, see add_noise(); 0: none
+  std::string stereo_fault;                // why the pair has no disparity; empty: it has
+  std::vector<double> state, environment;  // numbers of Description::episode
 };
 // Baseline of a rectified pair: equal intrinsics and axes, displaced along x alone. The error says what is
 // not. Poses in OpenCV's axes.

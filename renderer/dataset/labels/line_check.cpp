@@ -84,6 +84,12 @@ bool has_drawn(const json& line) {
          });
 }
 
+bool has_state(const json& line, const Episode& episode) {
+  return (episode.state_names.empty() || has_numbers(line, "state", episode.state_names.size())) &&
+         (episode.environment_names.empty() ||
+          has_numbers(line, "environment_state", episode.environment_names.size()));
+}
+
 template <typename IsElement>
 bool has_list(const json& object, const char* name, IsElement&& is_element) {
   const auto found = object.find(name);
@@ -96,6 +102,7 @@ bool is_image_line(const json& line, const Description& description) {
   const uint64_t pixels = uint64_t{description.width} * description.height;
   return line.is_object() && has_numbers(line, "cam_K", 9) && has_numbers(line, "cam_R_w2c", 9) &&
          has_numbers(line, "cam_t_w2c", 3) && has_number(line, "brightness") && has_drawn(line) &&
+         has_state(line, description.episode) &&
          (!line.contains("beyond_range_px") || has_count(line, "beyond_range_px", pixels)) &&
          has_list(line, "instances", [&](const json& label) { return is_instance(label, description); }) &&
          has_list(line, "keypoints", is_keypoint);

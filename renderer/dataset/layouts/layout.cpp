@@ -17,6 +17,7 @@ std::unique_ptr<Layout> make_layout(const std::string& format) {
   if (format == "folder") return make_folder_layout();
   if (format == "hdf5") return make_hdf5_layout();
   if (format == "webdataset") return make_webdataset_layout();
+  if (format == kLerobot) return make_lerobot_layout();
   return nullptr;
 }
 

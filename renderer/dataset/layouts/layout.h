@@ -16,7 +16,7 @@
 
 namespace fire3dv::dataset {
 
-// 16-bit depth image of a format.
+// Depth image of a format, whose range 65535 units divide.
 struct Depth16 {
   double unit_mm = 0.1;
   const char* beyond = "";  // value of pixels that are too far, for a warning
@@ -72,7 +72,8 @@ class Layout {
   virtual std::string conventions(const Description& description) const = 0;
 };
 
-constexpr const char* kFormats = "bop|coco|yolo|c3vd|folder|hdf5|webdataset";
+constexpr const char* kFormats = "bop|coco|yolo|c3vd|folder|hdf5|webdataset|lerobot";
+constexpr const char* kLerobot = "lerobot";
 // Null: there is no such format.
 std::unique_ptr<Layout> make_layout(const std::string& format);
 

@@ -21,5 +21,7 @@ std::unique_ptr<Layout> make_folder_layout();
 std::unique_ptr<Layout> make_hdf5_layout();
 // WebDataset: tar archives of samples, by size.
 std::unique_ptr<Layout> make_webdataset_layout();
+// LeRobot v3: one episode, with videos of colours and depth of each camera and Parquet tables.
+std::unique_ptr<Layout> make_lerobot_layout();
 
 }  // namespace fire3dv::dataset

@@ -159,7 +159,7 @@ Statistics count(const Description& description, const Layout& layout, const off
   warn(bright, " nearly white (mean above 247 of 255): lower --exposure");
   if (const auto depth = layout.depth16(description))
     warn(beyond_range,
-         std::string(" with surfaces beyond the range of the 16-bit depth (") + depth->beyond + ")");
+         std::string(" with surfaces beyond the range of the depth images (") + depth->beyond + ")");
   std::vector<std::string> unseen, resized;
   for (const Instance& instance : description.instances) {
     if (!seen.contains(instance.number)) unseen.push_back(instance.path);

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""End-to-end test of `fire3dv dataset`: HDF5 files and tar archives, opened by h5py and Python's tarfile."""
+"""End-to-end test of `fire3dv dataset`: HDF5 files, tar archives and LeRobot data sets, opened by h5py, Python's tarfile, a reader
+of Parquet and ffmpeg."""
 import fcntl
 import io
 import json
@@ -13,6 +14,7 @@ from dataset_test import expect_on_cube
 from harness import Program, check, main, vulkan_environment
 from label_readers import decode_rle, pixels_of, read_color, read_gray
 from label_scene import CENTRES, CUBE_HALF, SIZE
+from lerobot_checks import lerobot_is_right
 
 SHORT = ("--rate", 20, "--end", 0.15, "--camera", "front", "--camera", "side")  # eight images
 
@@ -208,4 +210,4 @@ def webdataset_is_right(test):
 
 
 if __name__ == "__main__":
-    main({"hdf5": hdf5_is_right, "webdataset": webdataset_is_right, "slurm": slurm_tasks_draw_parts}, ("fire3dv", "make"))
+    main({"hdf5": hdf5_is_right, "webdataset": webdataset_is_right, "lerobot": lambda test: lerobot_is_right(test, shards_are_the_whole), "slurm": slurm_tasks_draw_parts}, ("fire3dv", "make"))

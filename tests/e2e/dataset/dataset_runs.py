@@ -27,8 +27,9 @@ def recording(test):
 
 def command_of(test, out, *arguments, inputs=None):
     inputs = inputs if inputs is not None else [recording(test), scene_of(test)]
+    depth_scale = () if "--depth-scale" in arguments else ("--depth-scale", DEPTH_UNIT_MM)
     return [test.programs_at["fire3dv"], "dataset", *inputs, "--out", out, "--cache", "off", "--tone-map", "none", "--ground", "off",
-            "--shadows", "off", "--samples", "1", "--size", f"{SIZE[0]}x{SIZE[1]}", "--depth-scale", DEPTH_UNIT_MM, *map(str, arguments)]
+            "--shadows", "off", "--samples", "1", "--size", f"{SIZE[0]}x{SIZE[1]}", *depth_scale, *map(str, arguments)]
 
 
 def start(test, out, *arguments, **options):

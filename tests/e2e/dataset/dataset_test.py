@@ -24,11 +24,11 @@ def expect_centroid(k, rotation, translation_mm, mask, what):
     return away
 
 
-def expect_on_cube(k, depth_mm, rotation, translation_mm, mask, centre, what):
+def expect_on_cube(k, depth_mm, rotation, translation_mm, mask, centre, what, unit_mm=DEPTH_UNIT_MM):
     """Pixels with their depths lie on the faces of the cube that is put where the pose says."""
     points = (points_of(k, depth_mm)[mask] - translation_mm) @ rotation - np.array(centre) * METRE
     away = np.abs(points).max(1) - CUBE_HALF * METRE
-    check(np.abs(away).max() < 4 * DEPTH_UNIT_MM, f"{what}: {np.abs(away).max():.1f} mm from the cube's faces")
+    check(np.abs(away).max() < 4 * unit_mm, f"{what}: {np.abs(away).max():.1f} mm from the cube's faces")
 
 
 def bop_is_right(test):

@@ -175,14 +175,14 @@ TEST_F(SetFiles, DepthWarningsAreOfFormatsWith16Bits) {
   description.label_alpha = 0.25;
   ASSERT_EQ(run(root_ / "bop", description), "");
   const std::string bop = text_of(root_ / "bop" / "README.md");
-  EXPECT_NE(bop.find("range of the 16-bit depth (0 there; a larger --depth-scale reaches farther)"),
+  EXPECT_NE(bop.find("range of the depth images (0 there; a larger --depth-scale reaches farther)"),
             std::string::npos)
       << bop;
   EXPECT_NE(bop.find("more alpha than 0.25 "), std::string::npos) << bop;
   EXPECT_NE(text_of(root_ / "bop" / "frames.jsonl").find("\"px_count_valid\":0"), std::string::npos);
   description.format = "coco";
   ASSERT_EQ(run(root_ / "coco", description), "");
-  EXPECT_EQ(text_of(root_ / "coco" / "README.md").find("16-bit depth"), std::string::npos);
+  EXPECT_EQ(text_of(root_ / "coco" / "README.md").find("range of the depth"), std::string::npos);
   EXPECT_NE(text_of(root_ / "coco" / "frames.jsonl").find("\"px_count_valid\":4"), std::string::npos);
   description.format = "c3vd";
   ASSERT_EQ(run(root_ / "c3vd", description), "");
