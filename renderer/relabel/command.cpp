@@ -18,6 +18,7 @@
 #include "base/plural.h"
 #include "base/process/progress.h"
 #include "protocol/import/import.h"
+#include "protocol/import/lerobot/lerobot_states.h"
 #include "protocol/record/mcap/file.h"
 #include "protocol/record/playback.h"
 #include "protocol/robot/robot_file.h"
@@ -115,9 +116,14 @@ class Relabel {
 };
 
 Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
-  const bool is_demonstration = is_hdf5_file(options_.states);
+  const bool is_demonstration = is_hdf5_file(options_.states),
+             is_lerobot = imported::is_lerobot_set(options_.states),
+             has_positions = is_demonstration || is_lerobot;
+  if (options_.episode && !is_lerobot)
+    return Error{"--episode is for a LeRobot data set: " + quote(options_.states.string()) +
+                 " has no meta/info.json"};
   std::unique_ptr<imported::MessageSource> messages;
-  if (!is_demonstration) {
+  if (!has_positions) {
     auto opened = imported::open_messages(options_.states, app::stop_was_requested);
     if (!opened) return opened.error();
     messages = std::move(*opened);
@@ -149,14 +155,24 @@ Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
     progress.update("", static_cast<uint64_t>(std::llround(done * double{kTotal})), kTotal);
     return !app::stop_was_requested();
   };
-  if (is_demonstration && !choices.robot)
-    return Error{quote(options_.drawing.scene.string()) +
-                 " has no joints: name the model.xml of the demonstration as the scene"};
-  auto report = is_demonstration ? import_demonstration(options_.states, options_.demo, *choices.robot,
-                                                        choices.on_progress, std::move(sink))
-                                 : imported::import_states(*messages, choices, std::move(sink));
+  if (has_positions && !choices.robot)
+    return Error{
+        quote(options_.drawing.scene.string()) + " has no joints: name the " +
+        (is_lerobot ? "robot of the data set, such as its URDF file," : "model.xml of the demonstration") +
+        " as the scene"};
+  const auto import = [&] {
+    if (is_demonstration)
+      return import_demonstration(options_.states, options_.demo, *choices.robot, choices.on_progress,
+                                  std::move(sink));
+    if (is_lerobot)
+      return imported::import_lerobot(options_.states,
+                                      {options_.episode, options_.prefix, options_.in_degrees},
+                                      *choices.robot, choices.on_progress, std::move(sink));
+    return imported::import_states(*messages, choices, std::move(sink));
+  };
+  auto report = import();
   if (!report) return report.error();
-  if (is_demonstration) {
+  if (has_positions) {
     for (const std::string& name : choices.robot->node_names())
       if (auto node = choices.find_node(name)) report->nodes.push_back(std::move(*node));
   }

@@ -13,7 +13,8 @@ namespace fire3dv::relabel {
 namespace {
 
 constexpr const char* kCommand = "relabel";
-constexpr std::array kWithValue{"--out", "--prefix", "--fixed-frame", "--up", "--demo"};
+constexpr std::array kWithValue{"--out",  "--prefix",  "--fixed-frame", "--up",
+                                "--demo", "--episode", "--joint-unit"};
 constexpr std::array kFlags{"--help", "-h"};
 
 // Folder "set/" has its recording beside it: "set.mcap".
@@ -35,12 +36,14 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
       "All options of fire3dv dataset apply, also --format. Details: man fire3dv-relabel, and\n"
       "docs/relabel.md.");
   set_program_flags(app);
-  std::string out, up = "z";
+  std::string out, up = "z", joint_unit = "rad";
   OptionGroup group(app);
   group.add("--out", out, "DIR|FILE.mcap", "data set, with its recording DIR.mcap; or a recording alone");
   group.add("--prefix", options.prefix, "TEXT", "beginning of the names of frames that nodes lack");
   group.add("--fixed-frame", options.fixed_frame, "FRAME", "frame at the scene's origin (see manual)");
   group.add("--demo", options.demo, "NAME", "demonstration of an HDF5 file, such as demo_0");
+  group.add("--episode", options.episode, "N", "episode of a LeRobot data set, from 0");
+  group.add_choice("--joint-unit", joint_unit, "rad|deg", "unit of angles in a LeRobot data set");
   group.add_choice("--up", up, "z|y", "axis of the fixed frame that points up");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   if (const auto exit_code = offline::parse_own_words(app, kCommand, words)) return *exit_code;
@@ -51,6 +54,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
   if (out.empty()) return refuse("--out: name a folder for the data set, or FILE.mcap for a recording alone");
   options.states = words.rest[0];
   options.is_z_up = up == "z";
+  options.in_degrees = joint_unit == "deg";
   words.rest.erase(words.rest.begin());
 
   if (lower_extension(out) == ".mcap") {

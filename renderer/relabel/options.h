@@ -1,6 +1,7 @@
 // Command line of `fire3dv relabel`.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,7 +16,9 @@ struct RelabelOptions {
   std::filesystem::path states;     // recording of another program
   std::filesystem::path recording;  // written by the import
   std::string prefix, fixed_frame;
-  std::string demo;  // of an HDF5 file; empty: the only one
+  std::string demo;                 // of an HDF5 file; empty: the only one
+  std::optional<uint64_t> episode;  // of a LeRobot data set; nullopt: the only one
+  bool in_degrees = false;          // angles of joints, of a LeRobot data set
   bool is_z_up = true;
   app::Options drawing;                            // with the scene
   std::optional<dataset::DatasetOptions> dataset;  // nothing: the recording alone is written

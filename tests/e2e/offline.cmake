@@ -13,7 +13,7 @@ if(TARGET fire3dv)
     add_test(NAME ${part}
       COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/dataset/${part}_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:e2e_offline_recording>)
   endforeach()
-  foreach(part relabel relabel_joints)
+  foreach(part relabel relabel_joints relabel_lerobot)
     add_test(NAME ${part}
       COMMAND ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/dataset/${part}_test.py $<TARGET_FILE:fire3dv>)
   endforeach()
@@ -25,7 +25,7 @@ if(TARGET fire3dv)
             formats frames)
   set_tests_properties(verify verify_formats PROPERTIES
     ENVIRONMENT_MODIFICATION "PYTHONPATH=path_list_append:${CMAKE_CURRENT_LIST_DIR}/dataset")
-  set_tests_properties(offline relabel relabel_joints stop verify verify_formats dataset dataset_inputs dataset_containers dataset_flow dataset_randomize dataset_dask PROPERTIES LABELS e2e TIMEOUT 900
+  set_tests_properties(offline relabel relabel_joints relabel_lerobot stop verify verify_formats dataset dataset_inputs dataset_containers dataset_flow dataset_randomize dataset_dask PROPERTIES LABELS e2e TIMEOUT 900
     ENVIRONMENT "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER};VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER};PYTHONDONTWRITEBYTECODE=1;PYTHONPATH=${PROJECT_SOURCE_DIR}/adapters/generic/python;FIRE3DV_CLIENT_LIBRARY=$<TARGET_FILE:fire3dv_client>")
   set_tests_properties(dataset_dask PROPERTIES LABELS long)  # the start of five Python programs
   add_test(NAME truth_page
