@@ -163,6 +163,10 @@ class ListenerLink {
   // Sends one control message to one peer. Best effort; never blocks; a disconnected peer is no error.
   virtual void send(PeerId peer, std::span<const std::byte> message) = 0;
 
+  // Whether events of people (wire::InputEvent) may be sent: the peer is local, or known, or was allowed by
+  // the user, and it gets them in order.
+  virtual bool carries_input() const { return false; }
+
   virtual bool carries_images() const { return false; }
   // Sends an image to one peer: its encoded ImageFrame, and pixels that `fill` writes directly into the send
   // buffer. Never blocks: replaces an unsent older image of the request. Returns false if the image is

@@ -21,6 +21,8 @@ Result<void> check(const Welcome& welcome, const DecodeLimits& limits);
 Result<void> check(const SceneEdit& edit, const DecodeLimits& limits);
 Result<void> check(const Scalars& scalars, const DecodeLimits& limits);
 Result<void> check(const ScalarValues& scalars);
+Result<void> check(const Input& input);
+Result<void> check(const InputEvent& event, const DecodeLimits& limits);
 Result<void> check(const ImageRequest& request, const DecodeLimits& limits);
 Result<void> check(const ImageFrame& frame, const DecodeLimits& limits);
 Result<void> check(const ImageRefused& refused, const DecodeLimits& limits);

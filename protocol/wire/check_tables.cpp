@@ -190,6 +190,7 @@ class CheckValue {
 
   Result<void> operator()(const Scalars& value) const { return check(value, limits_); }
   Result<void> operator()(const ScalarValues& value) const { return check(value); }
+  Result<void> operator()(const Input& value) const { return check(value); }
 
   Result<void> operator()(const BaseColor& value) const { return check_each("rgba", value.rgba, {0, 1}); }
 
@@ -294,9 +295,11 @@ Result<void> check(const SceneEdit& edit, const DecodeLimits& limits) {
     if (edit.property == Property::marker) return Error{"SceneEdit.node is empty; it is the marker's name"};
     if (is_scalar(edit.property))
       return Error{"SceneEdit.node is empty; it is the name of the group of scalars"};
+    if (edit.property == Property::input) return Error{"SceneEdit.node is empty; it is the input's name"};
     return Error{"SceneEdit.node is empty; a node is found by its name"};
   }
-  if (auto good = check_text("SceneEdit.node", edit.node, limits.max_name_bytes); !good) return good;
+  const size_t most = edit.property == Property::input ? kMaxInputNameBytes : limits.max_name_bytes;
+  if (auto good = check_text("SceneEdit.node", edit.node, most); !good) return good;
   if (!fits(edit.property, edit.value))
     return Error{std::string("SceneEdit.value is not one that the property ") + property_name(edit.property) +
                  " takes"};

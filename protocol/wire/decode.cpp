@@ -259,6 +259,8 @@ Result<Message> Decoder::Impl::read_message() {
       return read_image_frame(*message->body_as_ImageFrame(), limits);
     case fbs::Body::ImageRefused:
       return read_image_refused(*message->body_as_ImageRefused(), limits);
+    case fbs::Body::InputEvent:
+      return read_input_event(*message->body_as_InputEvent(), limits);
     case fbs::Body::NONE:
       break;
   }

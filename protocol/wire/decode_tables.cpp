@@ -126,6 +126,32 @@ Result<void> check_size(const fbs::EditScalars& table, size_t message_bytes) {
   return {};
 }
 
+// The same for the choices of an input. Longer texts than allowed are left to check().
+Result<void> check_size(const fbs::EditInput& table, size_t message_bytes) {
+  const size_t count = table.choices() ? table.choices()->size() : 0;
+  if (count > kMaxInputChoices)
+    return Error{"SceneEdit.choices holds " + std::to_string(count) + " texts; at most " +
+                 std::to_string(kMaxInputChoices) + " are allowed"};
+  if (bytes_of(table.choices()) > message_bytes)
+    return Error{"SceneEdit.choices is longer than the message that holds it: its texts overlap"};
+  return {};
+}
+
+Input read_input(const fbs::EditInput& table) {
+  Input input;
+  input.kind = static_cast<InputKind>(table.kind());
+  input.flags = table.flags();
+  input.minimum = table.minimum();
+  input.maximum = table.maximum();
+  input.step = table.step();
+  input.value = table.value();
+  input.speed = table.speed();
+  input.unit = text_of(table.unit());
+  input.text = text_of(table.text());
+  input.choices = read_strings(table.choices());
+  return input;
+}
+
 // Returns false for an unknown kind of a later version.
 bool read_value(const fbs::SceneEdit& table, EditValue& value) {
   switch (table.value_type()) {
@@ -177,6 +203,9 @@ bool read_value(const fbs::SceneEdit& table, EditValue& value) {
           ScalarValues{scalars.declaration(), scalars.sim_time_ns(), read_elements<double>(scalars.values())};
       return true;
     }
+    case fbs::EditValue::EditInput:
+      value = read_input(*table.value_as_EditInput());
+      return true;
   }
   return false;
 }
@@ -185,7 +214,9 @@ bool read_value(const fbs::SceneEdit& table, EditValue& value) {
 
 Result<Message> read_scene_edit(const fbs::SceneEdit& table, size_t message_bytes,
                                 const DecodeLimits& limits) {
-  const bool known = table.property() < kPropertyCount && table.value_type() <= fbs::EditValue::MAX;
+  const fbs::EditInput* const input = table.value_as_EditInput();
+  const bool known = table.property() < kPropertyCount && table.value_type() <= fbs::EditValue::MAX &&
+                     !(input && input->kind() >= kInputKindCount);
   if (!known) {
     const UnknownEdit later{table.epoch(), table.version()};
     if (later.epoch == 0) return Error{"SceneEdit.epoch is 0; an epoch is a random number that is not 0"};
@@ -195,6 +226,8 @@ Result<Message> read_scene_edit(const fbs::SceneEdit& table, size_t message_byte
   if (!table.value()) return Error{"SceneEdit.value is missing; to take an edit back, clear it"};
   if (const fbs::EditScalars* scalars = table.value_as_EditScalars())
     if (auto good = check_size(*scalars, message_bytes); !good) return good.error();
+  if (input)
+    if (auto good = check_size(*input, message_bytes); !good) return good.error();
   SceneEdit edit;
   edit.epoch = table.epoch();
   edit.version = table.version();
@@ -284,6 +317,27 @@ Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeL
   refused.message = text_of(table.message());
   if (auto good = check(refused, limits); !good) return good.error();
   return Message(std::move(refused));
+}
+
+Result<Message> read_input_event(const fbs::InputEvent& table, const DecodeLimits& limits) {
+  if (table.action() >= kInputActionCount)
+    return Message(UnknownMessage{static_cast<uint8_t>(fbs::Body::InputEvent)});
+  InputEvent event;
+  event.epoch = table.epoch();
+  event.source = table.source();
+  event.sequence = table.sequence();
+  event.viewer = table.viewer();
+  event.time_ns = table.time_ns();
+  event.sim_time_ns = table.sim_time_ns();
+  event.input = text_of(table.input());
+  event.action = static_cast<InputAction>(table.action());
+  event.value = table.value();
+  event.text = text_of(table.text());
+  event.node = table.node();
+  read_struct(table.node_point(), event.node_point);
+  read_struct(table.target(), event.target);
+  if (auto good = check(event, limits); !good) return good.error();
+  return Message(std::move(event));
 }
 
 }  // namespace fire3dv::wire

@@ -1,4 +1,4 @@
-// Decoding of scene edits and image messages; private to protocol/wire.
+// Decoding of scene edits, image messages and input events; private to protocol/wire.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,7 @@ struct SceneEdit;
 struct ImageRequest;
 struct ImageFrame;
 struct ImageRefused;
+struct InputEvent;
 }  // namespace fire3dv::wire::fbs
 
 namespace fire3dv::wire {
@@ -21,5 +22,6 @@ Result<Message> read_scene_edit(const fbs::SceneEdit& table, size_t message_byte
 Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits);
 Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimits& limits);
 Result<Message> read_image_refused(const fbs::ImageRefused& table, const DecodeLimits& limits);
+Result<Message> read_input_event(const fbs::InputEvent& table, const DecodeLimits& limits);
 
 }  // namespace fire3dv::wire

@@ -23,6 +23,7 @@ Bytes encode(const SceneEdit& edit);
 Bytes encode(const ImageRequest& request);
 Bytes encode(const ImageFrame& frame);
 Bytes encode(const ImageRefused& refused);
+Bytes encode(const InputEvent& event);
 // Patches the epoch of an encoded SceneEdit: a restarted stream retains its edits, which may be large.
 void set_epoch(Bytes& scene_edit, uint64_t epoch);
 // For tests, recordings and partial frames; publishers use PoseFrameEncoder.

@@ -1,5 +1,5 @@
-// Encoding of scene edits and of image messages. Tables are built field by field, as in encode.cpp, so that
-// the bytes do not depend on the flatc version.
+// Encoding of scene edits, image messages and input events. Tables are built field by field, as in
+// encode.cpp, so that the bytes do not depend on the flatc version.
 #include <cstring>
 
 #include "base/error.h"
@@ -168,6 +168,24 @@ Value add(FlatBufferBuilder& builder, const ScalarValues& value) {
   return {fbs::EditValue::EditScalarValues, table.Finish().Union()};
 }
 
+Value add(FlatBufferBuilder& builder, const Input& value) {
+  const auto choices = builder.CreateVectorOfStrings(value.choices);
+  const auto text = builder.CreateString(value.text);
+  const auto unit = builder.CreateString(value.unit);
+  fbs::EditInputBuilder table(builder);
+  table.add_choices(choices);
+  table.add_text(text);
+  table.add_unit(unit);
+  table.add_speed(value.speed);
+  table.add_value(value.value);
+  table.add_step(value.step);
+  table.add_maximum(value.maximum);
+  table.add_minimum(value.minimum);
+  table.add_flags(value.flags);
+  table.add_kind(static_cast<uint8_t>(value.kind));
+  return {fbs::EditValue::EditInput, table.Finish().Union()};
+}
+
 // Size of the first allocation: a builder doubles its buffer, and copies it, whenever it is full.
 size_t initial_bytes(const EditValue& value) {
   constexpr size_t kTables = 512;
@@ -284,6 +302,30 @@ Bytes encode(const ImageRefused& refused) {
   table.add_message(message);
   table.add_reason(static_cast<uint8_t>(refused.reason));
   return finish(builder, fbs::Body::ImageRefused, table.Finish().Union());
+}
+
+Bytes encode(const InputEvent& event) {
+  FlatBufferBuilder builder(512);
+  builder.ForceDefaults(true);
+  const auto text = builder.CreateString(event.text);
+  const auto input = builder.CreateString(event.input);
+  const auto node_point = as_struct<fbs::Vector3d>(event.node_point);
+  const auto target = as_struct<fbs::Vector3d>(event.target);
+  fbs::InputEventBuilder table(builder);
+  table.add_target(&target);
+  table.add_node_point(&node_point);
+  table.add_value(event.value);
+  table.add_sim_time_ns(event.sim_time_ns);
+  table.add_time_ns(event.time_ns);
+  table.add_sequence(event.sequence);
+  table.add_source(event.source);
+  table.add_epoch(event.epoch);
+  table.add_text(text);
+  table.add_input(input);
+  table.add_node(event.node);
+  table.add_viewer(event.viewer);
+  table.add_action(static_cast<uint8_t>(event.action));
+  return finish(builder, fbs::Body::InputEvent, table.Finish().Union());
 }
 
 }  // namespace fire3dv::wire

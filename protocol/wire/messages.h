@@ -11,12 +11,13 @@
 
 #include "protocol/wire/affine.h"
 #include "protocol/wire/image.h"
+#include "protocol/wire/input.h"
 #include "protocol/wire/scene_edit.h"
 
 namespace fire3dv::wire {
 
-constexpr uint16_t kProtocolMajor = 1;  // peers with different majors refuse each other, with a reply
-constexpr uint16_t kProtocolMinor = 9;  // peers with different minors interoperate
+constexpr uint16_t kProtocolMajor = 1;   // peers with different majors refuse each other, with a reply
+constexpr uint16_t kProtocolMinor = 10;  // peers with different minors interoperate
 
 // Relation of the publisher's clocks, for ordering its frames against other clocks.
 struct ClockInfo {
@@ -136,7 +137,8 @@ struct UnknownEdit {
   bool operator==(const UnknownEdit&) const = default;
 };
 
-using Message = std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status,
-                             UnknownMessage, SceneEdit, UnknownEdit, ImageRequest, ImageFrame, ImageRefused>;
+using Message =
+    std::variant<StreamDescription, PoseFrameView, Welcome, Ack, Ping, Pong, Goodbye, Status, UnknownMessage,
+                 SceneEdit, UnknownEdit, ImageRequest, ImageFrame, ImageRefused, InputEvent>;
 
 }  // namespace fire3dv::wire

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "protocol/wire/affine.h"
+#include "protocol/wire/input.h"
 #include "protocol/wire/marker.h"
 #include "protocol/wire/scalar.h"
 
@@ -28,11 +29,12 @@ enum class Property : uint8_t {
   marker = 6,         // the key has the marker's name in place of a node's
   scalars = 7,        // declaration; the key has the group's name in place of a node's
   scalar_values = 8,  // of the group
+  input = 9,          // declaration; the key has the input's name in place of a node's
 };
-constexpr size_t kPropertyCount = 9;
+constexpr size_t kPropertyCount = 10;
 inline const char* property_name(Property property) {
-  constexpr const char* kNames[] = {"visible",  "base_color", "light",   "camera",       "node",
-                                    "vertices", "marker",     "scalars", "scalar_values"};
+  constexpr const char* kNames[] = {"visible",  "base_color", "light",   "camera",        "node",
+                                    "vertices", "marker",     "scalars", "scalar_values", "input"};
   static_assert(std::size(kNames) == kPropertyCount);
   return kNames[static_cast<size_t>(property)];
 }
@@ -110,15 +112,15 @@ struct Cleared {
 };
 
 using EditValue = std::variant<Cleared, Visible, BaseColor, Light, Camera, NodeAdded, NodeRemoved, Vertices,
-                               Marker, Scalars, ScalarValues>;
+                               Marker, Scalars, ScalarValues, Input>;
 
 struct SceneEdit {
   uint64_t epoch = 0;  // of the stream; set by the publisher's store
   // Rises by one with each edit of the stream, whatever its key; 0 = not published. Edits are sent in rising
   // order. Replaced edits are omitted, so that numbers may be missing.
   uint64_t version = 0;
-  std::string
-      node;  // name or path, resolved like posed nodes; of a marker or a group of scalars: its own name
+  // Name or path, resolved like posed nodes; of a marker, a group of scalars or an input: its own name.
+  std::string node;
   Property property = Property::visible;
   EditValue value;  // Cleared, or a value of the property; `node` takes NodeAdded and NodeRemoved
   bool operator==(const SceneEdit&) const = default;
@@ -128,12 +130,17 @@ inline bool is_scalar(Property property) {
   return property == Property::scalars || property == Property::scalar_values;
 }
 
+// False for what no image shows: frames do not wait for such edits.
+inline bool delays_frames(Property property) {
+  return !is_scalar(property) && property != Property::input;
+}
+
 // True if the value belongs to the property; Cleared belongs to every property.
 inline bool fits(Property property, const EditValue& value) {
-  constexpr Property kOf[] = {Property::visible, Property::visible,      Property::base_color,
-                              Property::light,   Property::camera,       Property::node,
-                              Property::node,    Property::vertices,     Property::marker,
-                              Property::scalars, Property::scalar_values};
+  constexpr Property kOf[] = {Property::visible, Property::visible,       Property::base_color,
+                              Property::light,   Property::camera,        Property::node,
+                              Property::node,    Property::vertices,      Property::marker,
+                              Property::scalars, Property::scalar_values, Property::input};
   static_assert(std::size(kOf) == std::variant_size_v<EditValue>);
   return std::holds_alternative<Cleared>(value) || kOf[value.index()] == property;
 }

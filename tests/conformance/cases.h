@@ -28,6 +28,11 @@ std::vector<Case> edit_cases();
 std::vector<Case> later_edit_cases();
 std::vector<Case> refused_edit_cases();
 
+// The same for inputs and their events, since 1.10.
+std::vector<Case> input_cases();
+std::vector<Case> later_input_cases();
+std::vector<Case> refused_input_cases();
+
 // The same for images, since 1.2.
 std::vector<Case> scalar_cases();
 std::vector<Case> refused_scalar_cases();

@@ -45,7 +45,8 @@ int main(int argc, char** argv) {
                     write(conformance::cases_of_later_versions()) && write(conformance::refused_cases()) &&
                     write(conformance::edit_cases()) && write(conformance::later_edit_cases()) &&
                     write(conformance::refused_edit_cases()) && write(conformance::scalar_cases()) &&
-                    write(conformance::refused_scalar_cases()) && write(conformance::image_cases()) &&
-                    write(conformance::refused_image_cases());
+                    write(conformance::refused_scalar_cases()) && write(conformance::input_cases()) &&
+                    write(conformance::later_input_cases()) && write(conformance::refused_input_cases()) &&
+                    write(conformance::image_cases()) && write(conformance::refused_image_cases());
   return good ? 0 : 1;
 }

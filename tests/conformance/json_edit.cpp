@@ -86,6 +86,15 @@ Json json_of(const wire::ScalarValues& v) {
           {"values", values}};
 }
 
+Json json_of(const wire::Input& v) {
+  return {{"type", "Input"},      {"kind", static_cast<uint8_t>(v.kind)},
+          {"flags", v.flags},     {"minimum", v.minimum},
+          {"maximum", v.maximum}, {"step", v.step},
+          {"value", v.value},     {"speed", v.speed},
+          {"unit", v.unit},       {"text", v.text},
+          {"choices", v.choices}};
+}
+
 }  // namespace
 
 Json value_to_json(const wire::EditValue& value) {
@@ -154,6 +163,20 @@ wire::EditValue value_from_json(const Json& json) {
     json.at("sim_time_ns").get_to(v.sim_time_ns);
     for (const Json& value : json.at("values"))
       v.values.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>());
+    return v;
+  }
+  if (type == "Input") {
+    wire::Input v;
+    v.kind = static_cast<wire::InputKind>(json.at("kind").get<uint8_t>());
+    json.at("flags").get_to(v.flags);
+    json.at("minimum").get_to(v.minimum);
+    json.at("maximum").get_to(v.maximum);
+    json.at("step").get_to(v.step);
+    json.at("value").get_to(v.value);
+    json.at("speed").get_to(v.speed);
+    json.at("unit").get_to(v.unit);
+    json.at("text").get_to(v.text);
+    json.at("choices").get_to(v.choices);
     return v;
   }
   FIRE3DV_ASSERT(type == "Vertices");

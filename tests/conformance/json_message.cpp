@@ -123,6 +123,23 @@ Json to_json_of(const wire::ImageRefused& m) {
   return image_to_json(m);
 }
 
+Json to_json_of(const wire::InputEvent& m) {
+  return {{"type", "InputEvent"},
+          {"epoch", m.epoch},
+          {"source", m.source},
+          {"sequence", m.sequence},
+          {"viewer", m.viewer},
+          {"time_ns", m.time_ns},
+          {"sim_time_ns", m.sim_time_ns},
+          {"input", m.input},
+          {"action", static_cast<uint8_t>(m.action)},
+          {"value", m.value},
+          {"text", m.text},
+          {"node", m.node},
+          {"node_point", m.node_point},
+          {"target", m.target}};
+}
+
 }  // namespace
 
 Json to_json(const wire::Message& message) {
@@ -198,6 +215,23 @@ wire::Bytes encode_json(const Json& json) {
     json.at("epoch").get_to(m.epoch);
     json.at("contested_names").get_to(m.contested_names);
     json.at("message").get_to(m.message);
+    return wire::encode(m);
+  }
+  if (type == "InputEvent") {
+    wire::InputEvent m;
+    json.at("epoch").get_to(m.epoch);
+    json.at("source").get_to(m.source);
+    json.at("sequence").get_to(m.sequence);
+    json.at("viewer").get_to(m.viewer);
+    json.at("time_ns").get_to(m.time_ns);
+    json.at("sim_time_ns").get_to(m.sim_time_ns);
+    json.at("input").get_to(m.input);
+    m.action = static_cast<wire::InputAction>(json.at("action").get<uint8_t>());
+    json.at("value").get_to(m.value);
+    json.at("text").get_to(m.text);
+    json.at("node").get_to(m.node);
+    json.at("node_point").get_to(m.node_point);
+    json.at("target").get_to(m.target);
     return wire::encode(m);
   }
   if (wire::Bytes image = encode_image_json(json); !image.empty()) return image;

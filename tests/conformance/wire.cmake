@@ -8,7 +8,7 @@ add_custom_command(
   DEPENDS ${later_schema}
   VERBATIM)
 fire3dv_program(conformance_generate
-  SOURCES generate.cpp cases.cpp edit_cases.cpp image_cases.cpp json_edit.cpp json_image.cpp json_message.cpp scalar_cases.cpp
+  SOURCES generate.cpp cases.cpp edit_cases.cpp image_cases.cpp input_cases.cpp json_edit.cpp json_image.cpp json_message.cpp scalar_cases.cpp
   ${later_dir}/later_generated.h LINK fire3dv_wire)
 target_include_directories(conformance_generate SYSTEM PRIVATE ${later_dir})
 set_target_properties(conformance_generate PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)

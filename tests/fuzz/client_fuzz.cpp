@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "fire3dv/client.hpp"
+#include "fire3dv/input.h"
 #include "protocol/transport/open.h"
 #include "protocol/wire/decode.h"
 #include "protocol/wire/encode.h"
@@ -37,6 +38,8 @@ class Session {
     link_ = std::move(*opened);
     stream_ = std::make_unique<Stream>(link_->uri(), "fuzz", security);
     stream_->describe({"node"});
+    declare("gain", FIRE3DV_INPUT_SLIDER);
+    declare("drag", FIRE3DV_INPUT_DRAG);
     for (int i = 0; i < 20'000 && epoch_ == 0; ++i) {
       link_->wait(std::chrono::milliseconds(1));
       listen();
@@ -64,6 +67,14 @@ class Session {
     uint32_t width, height, outputs;
     int32_t when;
   };
+
+  void declare(const char* name, int kind) {
+    fire3dv_input input{};
+    input.struct_size = sizeof input;
+    input.kind = kind;
+    input.maximum = 1;
+    FIRE3DV_ASSERT(fire3dv_declare_input(stream_->get(), name, &input) == FIRE3DV_OK);
+  }
 
   void request(Choices& choices) {
     fire3dv_image_request request{};
@@ -104,7 +115,7 @@ class Session {
     const uint64_t id = asked_.empty() ? 1 : choices.any_of(asked_).second.id;
     const std::string text(choices.one_of<size_t>({0, 5, 600, 60000}), choices.one_of({'a', '\x1b', '%'}));
     wire::Bytes message;
-    switch (choices.below(5)) {
+    switch (choices.below(6)) {
       case 0: {
         wire::Welcome welcome;
         welcome.epoch = epoch;
@@ -128,6 +139,20 @@ class Session {
       case 3:
         message = wire::encode(wire::Ping{choices.number(), choices.number()});
         break;
+      case 4: {
+        wire::InputEvent event;
+        event.epoch = epoch;
+        event.source = 1 + choices.below(100);
+        event.sequence = choices.one_in(4) ? choices.number() : ++events_;
+        event.viewer = static_cast<uint32_t>(choices.below(3));
+        event.input = choices.one_of({"gain", "drag", "other"});
+        event.action = static_cast<wire::InputAction>(choices.below(wire::kInputActionCount));
+        event.value = choices.one_of({0.0, 1.0, 1e300});
+        event.node = static_cast<uint32_t>(choices.one_of({0, 1, 1 << 30}));
+        event.text = text;
+        message = wire::encode(event);
+        break;
+      }
       default:
         // A refused request is over; the program hears of it once.
         message = wire::encode(wire::ImageRefused{epoch, id, wire::ImageRefusal::too_many, text});
@@ -203,6 +228,14 @@ class Session {
       FIRE3DV_ASSERT((code == FIRE3DV_OK) == (raw != nullptr));
       if (raw) use(*image);
     }
+    fire3dv_event event{};
+    event.struct_size = sizeof event;
+    while (fire3dv_poll_events(stream_->get(), &event, 1) == 1) {
+      const bool is_gain = std::string(event.input) == "gain";
+      FIRE3DV_ASSERT(is_gain || std::string(event.input) == "drag");
+      FIRE3DV_ASSERT(is_gain ? event.value >= 0 && event.value <= 1 : event.node == 0);
+      FIRE3DV_ASSERT(::strnlen(event.text, sizeof event.text) < sizeof event.text);
+    }
     const fire3dv_status status = stream_->poll();
     FIRE3DV_ASSERT(::strnlen(status.welcome_message, sizeof status.welcome_message) <
                    sizeof status.welcome_message);
@@ -222,7 +255,7 @@ class Session {
   std::unique_ptr<Stream> stream_;
   transport::PeerId peer_ = 0;
   wire::Decoder decoder_;
-  uint64_t epoch_ = 0, published_ = 0;
+  uint64_t epoch_ = 0, published_ = 0, events_ = 0;
   std::map<uint32_t, wire::ImageRequest> asked_;  // by place, as the renderer knows them
   std::map<uint64_t, Wanted> open_;               // by id, as the program knows them
   std::vector<Image> use_later_;

@@ -94,6 +94,26 @@ std::vector<Input> seeds() {
   wire::ImageFrame blurred = image;
   blurred.intrinsics = with_lens.intrinsics;
   blurred.hidden_streams = 1;
+  wire::Input slider;
+  slider.kind = wire::InputKind::slider;
+  slider.maximum = 2;
+  slider.unit = "rad";
+  wire::Input choice;
+  choice.kind = wire::InputKind::choice;
+  choice.choices = {"a", "b"};
+  wire::Input run;
+  run.kind = wire::InputKind::run;
+  run.flags = wire::kInputRunPause | wire::kInputSpeed;
+  run.maximum = 4;
+  wire::InputEvent drag;
+  drag.epoch = 7;
+  drag.source = drag.sequence = 1;
+  drag.input = "drag";
+  drag.action = wire::InputAction::move;
+  drag.target = {1, 2, 3};
+  wire::InputEvent note = drag;
+  note.action = wire::InputAction::set;
+  note.text = "K\u00f6rper";
   using P = wire::Property;
   return {input_of(wire::encode(request)),
           input_of(wire::encode(with_lens)),
@@ -118,6 +138,11 @@ std::vector<Input> seeds() {
           input_of(edit(P::marker, quad)),
           input_of(edit(P::scalars, wire::Scalars{{"shoulder", "elbow"}, {"rad", ""}})),
           input_of(edit(P::scalar_values, wire::ScalarValues{1, -2, {0.5, std::nan("")}})),
+          input_of(edit(P::input, slider)),
+          input_of(edit(P::input, choice)),
+          input_of(edit(P::input, run)),
+          input_of(wire::encode(drag)),
+          input_of(wire::encode(note)),
           input_of(wire::encode(welcome)),
           input_of(wire::encode(wire::Status{7, {"base", "link_1"}, "requested"})),
           input_of(wire::encode(frame)),
@@ -155,6 +180,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (const auto* scalars = std::get_if<wire::Scalars>(&one->value))
       FIRE3DV_ASSERT(scalars->names.size() == scalars->units.size() &&
                      scalars->names.size() <= wire::kMaxScalars);
+  if (const auto* one = std::get_if<wire::SceneEdit>(&*message))
+    if (const auto* input = std::get_if<wire::Input>(&one->value))
+      FIRE3DV_ASSERT(std::isfinite(input->value) && input->choices.size() <= wire::kMaxInputChoices);
+  if (const auto* event = std::get_if<wire::InputEvent>(&*message))
+    FIRE3DV_ASSERT(std::isfinite(event->value) && std::isfinite(event->target[0]) && event->epoch != 0);
   const wire::Bytes again = std::visit([](const auto& m) { return fuzz::encode_again(m); }, *message);
   // A description of another major version has only the fields common to all versions.
   const auto* description = std::get_if<wire::StreamDescription>(&*message);

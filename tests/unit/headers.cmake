@@ -26,6 +26,7 @@ public_header_test(header_scene_h_as_c11 fire3dv/scene.h c)
 public_header_test(header_image_h_as_c11 fire3dv/image.h c)
 public_header_test(header_markers_h_as_c11 fire3dv/markers.h c)
 public_header_test(header_scalars_h_as_c11 fire3dv/scalars.h c)
+public_header_test(header_input_h_as_c11 fire3dv/input.h c)
 public_header_test(header_joints_h_as_c11 fire3dv/joints.h c)
 public_header_test(header_client_hpp_as_cpp17 fire3dv/client.hpp cpp)
 set_target_properties(header_client_hpp_as_cpp17 PROPERTIES CXX_STANDARD 17)
@@ -53,6 +54,6 @@ target_link_libraries(lone_headers PRIVATE fire3dv_flags $<TARGET_NAME_IF_EXISTS
 
 # Compilation is the test; the CTest entry repeats it for the list of results.
 add_test(NAME headers_stand_alone
-  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target header_client_h_as_c11 header_client_h_as_cpp11 header_scene_h_as_c11 header_image_h_as_c11 header_markers_h_as_c11 header_scalars_h_as_c11 header_joints_h_as_c11
+  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target header_client_h_as_c11 header_client_h_as_cpp11 header_scene_h_as_c11 header_image_h_as_c11 header_markers_h_as_c11 header_scalars_h_as_c11 header_input_h_as_c11 header_joints_h_as_c11
           header_client_hpp_as_cpp17 header_joints_hpp_as_cpp17 lone_headers)
 set_tests_properties(headers_stand_alone PROPERTIES LABELS unit TIMEOUT 600 RUN_SERIAL ON)

@@ -21,7 +21,7 @@ namespace wire = fire3dv::wire;
 
 namespace {
 
-static_assert(FIRE3DV_PROPERTY_MARKER + 3 == wire::kPropertyCount);  // scalars.h has the others
+static_assert(FIRE3DV_PROPERTY_MARKER + 4 == wire::kPropertyCount);  // scalars.h and input.h have the others
 static_assert(FIRE3DV_PROPERTY_NODE == static_cast<int>(wire::Property::node));
 static_assert(FIRE3DV_LIGHT_SPOT == static_cast<int>(wire::LightKind::spot));
 

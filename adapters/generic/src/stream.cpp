@@ -67,6 +67,7 @@ fire3dv::Result<void> fire3dv_stream::describe(wire::StreamDescription descripti
   status_message.clear();
   advice.clear();
   has_cached_poses = false;
+  inputs.restart_epoch();
   if (auto sent = resend_edits(); !sent) return sent;
   return images.restart_epoch(*link, epoch);
 }
@@ -86,8 +87,7 @@ fire3dv::Result<void> fire3dv_stream::resend_edits() {
   for (wire::EditStore::Stored& stored : edits.in_order()) {
     const uint64_t version = stored.version;
     if (auto taken = link->put_state(stored.key, std::move(stored.message)); !taken) return taken;
-    // Frames do not wait for scalars, which change nothing that they show.
-    if (!wire::is_scalar(stored.property)) scene_version = version;
+    if (wire::delays_frames(stored.property)) scene_version = version;
   }
   return {};
 }
@@ -96,7 +96,7 @@ fire3dv::Result<void> fire3dv_stream::send_edit(wire::EditStore::Prepared prepar
   const uint64_t version = prepared.stored.version;
   if (epoch != 0) {
     if (auto taken = link->put_state(prepared.stored.key, prepared.stored.message); !taken) return taken;
-    if (!wire::is_scalar(prepared.name.second)) scene_version = version;
+    if (wire::delays_frames(prepared.name.second)) scene_version = version;
   }
   edits.commit(std::move(prepared));
   return {};
@@ -137,6 +137,8 @@ void fire3dv_stream::read_replies() {
     if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
     if (const auto* status = std::get_if<wire::Status>(&*message)) on(*status);
     if (const auto* refused = std::get_if<wire::ImageRefused>(&*message)) images.on(*refused);
+    if (const auto* event = std::get_if<wire::InputEvent>(&*message))
+      inputs.on(*event, epoch, node_count, fire3dv::client::monotonic_now_ns());
   }
 }
 

@@ -21,6 +21,7 @@
 #include "base/error.h"
 #include "fire3dv/client.h"
 #include "images.h"
+#include "inputs.h"
 #include "protocol/transport/core/fork_guard.h"
 #include "protocol/transport/link.h"
 #include "protocol/wire/decode.h"
@@ -103,7 +104,7 @@ struct fire3dv_stream {
   int64_t last_sim_time_ns = 0;  // of the frame published last in this epoch
 
   fire3dv::wire::EditStore edits;
-  uint64_t scene_version = 0;  // version of the newest edit handed to the link, scalars left out
+  uint64_t scene_version = 0;  // version of the newest edit handed to the link that delays frames
 
   struct ScalarGroup {
     uint64_t declaration = 0;  // version of the edit that declared it
@@ -112,6 +113,7 @@ struct fire3dv_stream {
   std::map<std::string, ScalarGroup> scalar_groups;
 
   fire3dv::client::Images images;
+  fire3dv::client::Inputs inputs;
 
   // Pose cache for partial frames, filled from the first partial frame on.
   bool has_cached_poses = false;

@@ -56,6 +56,7 @@ class ShmListener final : public ListenerLink {
   void wait(std::chrono::nanoseconds timeout) override;
   void send(PeerId peer, std::span<const std::byte> message) override;
   bool carries_images() const override { return true; }
+  bool carries_input() const override { return role_ == Role::renderer; }
   bool send_image(PeerId peer, uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
                   const FillPixels& fill) override {
     return peer != 0 && peer == peer_ && reader_ && reader_->send_image(request, head, pixel_bytes, fill);

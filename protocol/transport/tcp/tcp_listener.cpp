@@ -36,6 +36,7 @@ class TcpListener final : public NetworkListener, public PeerHost {
   void poll(const std::function<void(const LinkEvent&)>& on_event) override;
   void send(PeerId peer, std::span<const std::byte> message) override;
   bool carries_images() const override { return true; }
+  bool carries_input() const override { return true; }
   bool send_image(PeerId peer, uint64_t request, std::span<const std::byte> head, size_t pixel_bytes,
                   const FillPixels& fill) override;
 

@@ -41,6 +41,7 @@ class UdpListener final : public NetworkListener {
   ~UdpListener() override { thread_.stop(); }
 
   void send(PeerId peer, std::span<const std::byte> message) override;
+  bool carries_input() const override { return key_ != nullptr; }  // else anyone could forge them
 
  private:
   void run();

@@ -391,8 +391,9 @@ TEST_P(ClientOver, TellsOfAnotherMajorVersion) {
     renderer.send(wire::Welcome{wire::WelcomeStatus::version_mismatch, 2, 1, epoch, "", "", {}, {}});
     return poll(stream.get()).welcome == 1;
   }));
-  EXPECT_STREQ(poll(stream.get()).welcome_message,
-               "the renderer speaks protocol 2.1, this library 1.9: use versions with the same major number");
+  EXPECT_STREQ(
+      poll(stream.get()).welcome_message,
+      "the renderer speaks protocol 2.1, this library 1.10: use versions with the same major number");
 }
 
 }  // namespace
