@@ -16,6 +16,7 @@ PACKAGE = os.path.join(ROOT, "adapters/generic/python")
 # Page: title, names of fire3dv or of one of its modules.
 PAGES = {
     "stream": ("Stream", "fire3dv", ("Stream", "Status", "Welcome", "FRAME_DISCONTINUITY", "Property", "LightKind", "MarkerKind")),
+    "controls": ("Controls", "fire3dv", ("Controls", "Control", "Event", "InputKind", "Action")),
     "renderer": ("Renderer", "fire3dv", ("Renderer", "find_program", "show", "LiveView")),
     "images": ("Images", "fire3dv", ("Image", "ImageRequest", "OUTPUTS", "ALIASES", "Output", "When", "Lens")),
     "robot": ("Robot", "fire3dv", ("Robot", "RobotPublisher", "Joint", "JointType")),
@@ -27,7 +28,7 @@ PAGES = {
     "pybullet": ("fire3dv.pybullet", "fire3dv.pybullet", None),
     "sofa": ("fire3dv.sofa", "fire3dv.sofa", None),
 }
-MADE_BY_LIBRARY = ("Image", "ImageRequest", "RobotPublisher")  # never by users: no signature of the class
+MADE_BY_LIBRARY = ("Image", "ImageRequest", "RobotPublisher", "Controls", "Control", "Event")  # never by users: no signature of the class
 
 
 def escaped(text):

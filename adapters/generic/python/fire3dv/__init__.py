@@ -17,7 +17,7 @@
     with fire3dv.Robot("arm.urdf").publish("shm://demo") as robot:      # poses from joint positions
         robot.set(shoulder=0.3, elbow=-1.2)
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, scalars.h, image.h and joints.h say what
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, scalars.h, input.h, image.h and joints.h say what
 each call means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
@@ -28,6 +28,7 @@ from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFou
                      RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
 from .image import ALIASES, OUTPUTS, Image
 from .images import ImageRequest
+from .controls import Action, Control, Controls, Event, InputKind
 from .live_view import LiveView, show
 from .poses import look_at, pose
 from .renderer import Renderer, find_program
@@ -46,6 +47,7 @@ __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
     "Timeout", "Lens", "Output", "When", "__version__", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
+    "Action", "Control", "Controls", "Event", "InputKind",
     "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "MarkerKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
     "VISIBLE", "BASE_COLOR", "LIGHT", "CAMERA", "NODE", "VERTICES", "MARKER", "DIRECTIONAL", "POINT", "SPOT",

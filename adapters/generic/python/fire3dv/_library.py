@@ -1,5 +1,5 @@
 """C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
-fire3dv/scene.h, fire3dv/markers.h, fire3dv/scalars.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
+fire3dv/scene.h, fire3dv/markers.h, fire3dv/scalars.h, fire3dv/input.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
 import ctypes
 import os
 import re
@@ -66,6 +66,19 @@ class Scalars(Structure):
                 ("count", c_size_t)]
 
 
+class Input(Structure):
+    _fields_ = [("struct_size", c_size_t), ("kind", c_int32), ("flags", c_uint32), ("minimum", c_double),
+                ("maximum", c_double), ("step", c_double), ("value", c_double), ("speed", c_double), ("unit", c_char_p),
+                ("text", c_char_p), ("choices", POINTER(c_char_p)), ("choice_count", c_size_t)]
+
+
+class Event(Structure):
+    _fields_ = [("struct_size", c_size_t), ("kind", c_int32), ("action", c_int32), ("source", c_uint64),
+                ("viewer", c_uint32), ("node", c_uint32), ("time_ns", c_uint64), ("sim_time_ns", c_int64),
+                ("lost", c_uint64), ("value", c_double), ("node_point", c_double * 3), ("target", c_double * 3),
+                ("input", c_char * 128), ("text", c_char * 1024)]
+
+
 class ImageRequest(Structure):
     _fields_ = [("struct_size", c_size_t), ("node", c_char_p), ("parent_from_camera", c_void_p), ("width", c_uint32),
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
@@ -119,6 +132,9 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_declare_scalars": (c_int, [c_void_p, c_char_p, POINTER(Scalars)]),
     "fire3dv_set_scalars": (c_int, [c_void_p, c_char_p, c_int64, c_void_p, c_size_t]),
     "fire3dv_clear_scalars": (c_int, [c_void_p, c_char_p]),
+    "fire3dv_declare_input": (c_int, [c_void_p, c_char_p, POINTER(Input)]),
+    "fire3dv_clear_input": (c_int, [c_void_p, c_char_p]),
+    "fire3dv_poll_events": (c_int, [c_void_p, POINTER(Event), c_size_t]),
     "fire3dv_request_image": (c_int, [c_void_p, POINTER(ImageRequest), POINTER(c_uint64)]),
     "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
     "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),

@@ -15,6 +15,7 @@ from ._types import Array
 from .errors import ArgumentError, ErrorCode, StateError, Timeout, error_of, warn
 from .image import IDENTITY
 from .images import ImageRequests
+from .controls import Controls, Inputs
 from .markers import Markers
 from .scalars import Scalars
 from .status import LightKind, Property, Status
@@ -38,7 +39,7 @@ def version() -> str:
     return library().fire3dv_version().decode()
 
 
-class Stream(ImageRequests, Markers, Scalars):
+class Stream(ImageRequests, Markers, Scalars, Inputs):
     """Publisher of one URI. Any thread may use a stream; different streams are independent.
 
     Calls of several threads exclude each other, and waits let others in: one thread may wait for images while others
@@ -69,6 +70,7 @@ class Stream(ImageRequests, Markers, Scalars):
         self._no_glb: Set[str] = set()  # nodes that were reported when they were added
         self._added: Set[str] = set()  # by add_node: in the scene with a frame, after the first answer
         self._scalar_units: Dict[str, Dict[str, str]] = {}  # of declared scalars, by group and name
+        self._controls: Optional[Controls] = None
         self._uri = uri
         options = c.Options(ctypes.sizeof(c.Options), encoded(adapter_name, "adapter_name"),
                             encoded(key_file, "key_file"), encoded(tls_ca_file, "tls_ca_file"),
