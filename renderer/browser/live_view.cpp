@@ -20,6 +20,7 @@ constexpr uint32_t kMinImageSide = 16;
 constexpr auto kViewerBusyTime = std::chrono::seconds(1);
 constexpr auto kReportPeriod = std::chrono::milliseconds(500);
 constexpr auto kSettingsPeriod = std::chrono::milliseconds(100);
+constexpr auto kInputsPeriod = std::chrono::milliseconds(100);
 
 // JavaScript's numbers are exact up to 2^53.
 uint64_t random_scene_number() {
@@ -63,6 +64,7 @@ LiveView::LiveView(const Borrowed& borrowed, const CameraRig& camera, std::strin
 }
 
 LiveView::~LiveView() {
+  for (const auto& [number, viewer] : viewers_) borrowed_.receiver.inputs().release(input_viewer(number));
   borrowed_.replies.set_viewers(nullptr);
 }
 
@@ -101,6 +103,8 @@ void LiveView::join(serve::ViewerId number, serve::Access access) {
   for (const std::string* text :
        {&sent_.scene, &sent_.visibility, &sent_.settings, &sent_.joints, &sent_.joint_positions})
     if (!text->empty()) borrowed_.server.send(number, *text);
+  if (access == serve::Access::control && inputs_.number() != 0)
+    borrowed_.server.send(number, inputs_.message());
   reported_ = {};
   viewers_changed_ = true;
 }
@@ -129,6 +133,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
         break;
       case serve::Event::Kind::left:
         viewers_.erase(event.viewer);
+        borrowed_.receiver.inputs().release(input_viewer(event.viewer));
         viewers_changed_ = true;
         if (passes::PathPass* const paths = borrowed_.renderer.path_tracer())
           paths->forget(kFirstViewer + event.viewer);
@@ -155,6 +160,7 @@ void LiveView::poll(replay::TimelineControl* timeline) {
     send_to_all(sent_.visibility);
   }
   send_settings(now);
+  send_inputs(now);
   send_plots(now);
   frame_one();
   note_moment();
@@ -200,6 +206,15 @@ void LiveView::send_settings(Clock::time_point now) {
   send_if_changed(sent_.joint_positions,
                   joint_positions_message(*borrowed_.robot, borrowed_.poses, borrowed_.document.edits.joints,
                                           scene_number_));
+}
+
+// To those who may use them.
+void LiveView::send_inputs(Clock::time_point now) {
+  if (now - inputs_sent_ < kInputsPeriod || !inputs_.update(borrowed_.receiver.inputs(), borrowed_.poses))
+    return;
+  inputs_sent_ = now;
+  for (const auto& [number, viewer] : viewers_)
+    if (viewer.access == serve::Access::control) borrowed_.server.send(number, inputs_.message());
 }
 
 void LiveView::send_plots(Clock::time_point now) {

@@ -15,6 +15,7 @@
 
 #include "protocol/replay/replay_clock.h"
 #include "renderer/browser/adaptive_quality.h"
+#include "renderer/browser/live_inputs.h"
 #include "renderer/browser/live_plots.h"
 #include "renderer/browser/server/server.h"
 #include "renderer/browser/viewer_replies.h"
@@ -34,7 +35,7 @@ class LiveView final : public ImageReplies {
   struct Borrowed {
     serve::Server& server;
     ViewerReplies& replies;
-    const StreamReceiver& receiver;
+    StreamReceiver& receiver;
     const state::PoseState& poses;
     ImageRequestQueue& requests;
     LiveScene& scene;
@@ -122,6 +123,7 @@ class LiveView final : public ImageReplies {
                     replay::TimelineControl* timeline);
   void apply_timeline(const serve::ClientMessage& message, replay::TimelineControl& timeline) const;
   void apply_joints(const serve::ClientMessage& message);
+  void apply_input(serve::ViewerId number, const serve::ClientMessage& message);
   void apply_setting(serve::ViewerId number, const serve::ClientMessage& message);
   void replace_renderer(serve::ViewerId number, const settings::DrawSettings& wanted);
   bool can_draw(settings::DrawSettings wanted) const;
@@ -143,6 +145,7 @@ class LiveView final : public ImageReplies {
   void send_if_changed(std::string& sent, std::string text);
   void send_settings(Clock::time_point now);
   void send_plots(Clock::time_point now);
+  void send_inputs(Clock::time_point now);
   void send_viewers();
   void report(Clock::time_point now, replay::TimelineControl* timeline);
   Viewer* find(state::RequesterId requester);
@@ -162,6 +165,8 @@ class LiveView final : public ImageReplies {
   Sent sent_;
   Clock::time_point settings_sent_{};
   ScalarList scalars_;
+  InputList inputs_;
+  Clock::time_point inputs_sent_{};
   bool has_changed_ = false;             // since take_change()
   std::array<uint64_t, 2> revisions_{};  // of what images show: poses and scene
   passes::TracedScene moment_;           // paths: poses and edits of revisions_

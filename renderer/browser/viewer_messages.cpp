@@ -43,6 +43,7 @@ void LiveView::apply(serve::ViewerId number, Viewer& viewer, const serve::Client
   }
   if (message.kind == Kind::plotted) return viewer.plots.on_plotted(message.number, now);
   if (message.kind != Kind::inspect) viewer.changed = now;
+  if (message.kind == Kind::input) return apply_input(number, message);
   const bool is_other_scene = message.node && message.scene != scene_number_;
   if (is_other_scene || (message.node && *message.node >= borrowed_.scene.scene().nodes.size())) return;
   if (message.kind == Kind::inspect) return send_inspected(number, viewer, *message.node, now);
@@ -178,6 +179,18 @@ void LiveView::apply_joints(const serve::ClientMessage& message) {
   } else if (*message.index < robot.robot().named_poses().size()) {
     joints = robot.positions_of(*message.index);
   }
+}
+
+// Of an earlier list: the input may be another one meanwhile.
+void LiveView::apply_input(serve::ViewerId number, const serve::ClientMessage& message) {
+  const InputList::Entry* const entry = inputs_.find(message.number, *message.index);
+  if (!entry) return;
+  wire::InputEvent event;
+  event.input = entry->name;
+  event.action = message.action;
+  event.value = message.x;
+  event.text = message.value;
+  (void)borrowed_.receiver.inputs().act(entry->epoch, input_viewer(number), std::move(event));
 }
 
 bool LiveView::can_draw(settings::DrawSettings wanted) const {

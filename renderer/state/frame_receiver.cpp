@@ -10,6 +10,7 @@ FrameReceiver::FrameReceiver(uint64_t run_epoch, size_t node_count, std::shared_
       assembler_(budget_),
       edits_(budget_),
       scalars_(budget_),
+      inputs_(budget_),
       queue_(budget_),
       memory_(budget_) {
   epoch = run_epoch;
@@ -165,6 +166,7 @@ bool FrameReceiver::release_queued() {
 bool FrameReceiver::apply(wire::SceneEdit&& edit) {
   if (edit.epoch != epoch) return count_edit(StreamEdits::Outcome::stale);
   if (wire::is_scalar(edit.property)) return apply_scalars(edit);
+  if (edit.property == wire::Property::input) return apply_input(edit);
   const StreamEdits::Outcome outcome = edits_.add(std::move(edit));
   if (outcome == StreamEdits::Outcome::refused) report_refusal(edits_.refused_resource(), edits_.refusal());
   return count_edit(outcome);
@@ -183,6 +185,16 @@ bool FrameReceiver::apply_scalars(const wire::SceneEdit& edit) {
     case stream::ScalarHistory::Outcome::refused:
       report_refusal(Resource::edit_bytes, scalars_.refusal());
       return count_edit(StreamEdits::Outcome::refused);
+  }
+  return count_edit(StreamEdits::Outcome::accepted);
+}
+
+bool FrameReceiver::apply_input(const wire::SceneEdit& edit) {
+  if (edits_.skip(edit.version) == StreamEdits::Outcome::stale)
+    return count_edit(StreamEdits::Outcome::stale);
+  if (const Result<void> taken = inputs_.apply(edit); !taken) {
+    report_refusal(Resource::edit_bytes, taken.error().message);
+    return count_edit(StreamEdits::Outcome::refused);
   }
   return count_edit(StreamEdits::Outcome::accepted);
 }

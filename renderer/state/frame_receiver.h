@@ -14,6 +14,7 @@
 
 #include "base/peer_budget.h"
 #include "protocol/stream/frame_assembler.h"
+#include "protocol/stream/input_registry.h"
 #include "protocol/stream/scalar_history.h"
 #include "protocol/wire/messages.h"
 #include "renderer/state/playout.h"
@@ -58,6 +59,7 @@ class FrameReceiver : public ReceivedFrames {
   bool apply(wire::SceneEdit&& edit);
   bool apply(const wire::UnknownEdit& edit);
   const stream::ScalarHistory& scalars() const { return scalars_; }
+  const stream::InputRegistry& inputs() const { return inputs_; }
   // Accepted edits since the last call.
   StreamEdits::Batch take_edits() { return edits_.take(); }
   bool has_new_edits() const { return edits_.has_new(); }
@@ -104,6 +106,7 @@ class FrameReceiver : public ReceivedFrames {
   bool complete_partial(const Frame& frame);
   bool release_queued();
   bool apply_scalars(const wire::SceneEdit& edit);
+  bool apply_input(const wire::SceneEdit& edit);
   bool count_edit(StreamEdits::Outcome outcome);
   void report_refusal(Resource resource, const std::string& message);
   bool refuse_frame();
@@ -115,6 +118,7 @@ class FrameReceiver : public ReceivedFrames {
   Liveness liveness_;
   StreamEdits edits_;
   stream::ScalarHistory scalars_;
+  stream::InputRegistry inputs_;
   FrameQueue queue_;
   uint64_t newest_sequence_ = 0;               // newest received frame: shown, buffered or queued
   bool newest_is_partial_ = false;             // a whole frame of the same sequence may complete it

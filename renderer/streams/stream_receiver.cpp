@@ -49,7 +49,24 @@ StreamReceiver::StreamReceiver(state::PoseState& poses, bool lockstep, const Pla
                  log(warning("messages of " + listeners_[peer.first]->uri() + " peer " +
                              std::to_string(peer.second) + " are dropped: " + reason));
                }}),
-      images_(poses, [this](std::string text) { log(std::move(text)); }) {}
+      images_(poses, [this](std::string text) { log(std::move(text)); }),
+      inputs_(poses, {.carries_input =
+                          [this](uint64_t epoch) {
+                            const std::optional<Peer> peer = peer_of(epoch);
+                            return peer && listeners_[peer->first]->carries_input();
+                          },
+                      .send =
+                          [this](uint64_t epoch, const wire::InputEvent& event) {
+                            if (const std::optional<Peer> peer = peer_of(epoch))
+                              reply(*peer, wire::encode(event));
+                          },
+                      .now_ns = [this] { return clock_.read_ns(); }}) {}
+
+std::optional<StreamReceiver::Peer> StreamReceiver::peer_of(uint64_t epoch) const {
+  for (const auto& [peer, stream] : stream_of_peer_)
+    if (stream.epoch == epoch) return peer;
+  return {};
+}
 
 std::shared_ptr<PeerBudget> StreamReceiver::budget_of(Peer peer) {
   std::shared_ptr<PeerBudget>& budget = peers_[peer].budget;
@@ -83,6 +100,7 @@ bool StreamReceiver::poll() {
   report_refusals();
   report_bindings(false);
   report_poses();
+  inputs_.update();
   send_clock_pings();
   report_conditions();
   return changed;

@@ -20,6 +20,7 @@
 #include "renderer/state/stream_timing.h"
 #include "renderer/streams/frame_loss_monitor.h"
 #include "renderer/streams/image_router.h"
+#include "renderer/streams/input_router.h"
 #include "renderer/streams/message_scheduler.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/streams/receiver_log.h"
@@ -82,6 +83,9 @@ class StreamReceiver {
   // Image requests of streams.
   ImageRouter& images() { return images_; }
   const ImageRouter& images() const { return images_; }
+  // Events of people to streams.
+  InputRouter& inputs() { return inputs_; }
+  const InputRouter& inputs() const { return inputs_; }
 
   // Called for a new scene: notifies adapters whose bindings have changed.
   void notify_bindings();
@@ -210,6 +214,7 @@ class StreamReceiver {
   uint64_t suspend_stream(Peer peer, const std::string& reason, bool passes_nodes);
   void drop_stream(Peer peer, const std::string& reason);
   void reply(Peer peer, const wire::Bytes& message);
+  std::optional<Peer> peer_of(uint64_t epoch) const;
   void reject(Peer peer, Refusal refusal, const std::string& reason);
   // Attributed to the peer whose message is being handled, if any.
   void log(std::string text);
@@ -237,6 +242,7 @@ class StreamReceiver {
   int64_t conditions_at_ns_ = 0;  // last look at them
   std::array<uint64_t, kRefusalCount> refusals_{};
   ImageRouter images_;
+  InputRouter inputs_;
 };
 
 }  // namespace fire3dv::app

@@ -36,7 +36,8 @@ std::vector<Input> seeds() {
         R"({"type":"plotted","number":1})",
         R"({"type":"joint","scene":1,"index":2,"position":-0.5})",
         R"({"type":"posture","scene":1,"index":0})",
-        R"({"type":"setting","setting":"tone-map","control":0,"value":"none"})"})
+        R"({"type":"setting","setting":"tone-map","control":0,"value":"none"})",
+        R"({"type":"input","list":1,"index":0,"action":"set","value":0.5,"text":""})"})
     inputs.emplace_back(text.begin(), text.end());
   return inputs;
 }
@@ -77,6 +78,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     FIRE3DV_ASSERT(view.focus_distance_m > 0 && view.vertical_fov_rad > 0 && view.vertical_fov_rad < 3.2);
     for (const double metres : view.position_m) FIRE3DV_ASSERT(std::isfinite(metres));
   }
+  if (kind == Kind::input)
+    FIRE3DV_ASSERT(message->index && message->value.size() <= wire::kMaxInputTextBytes &&
+                   static_cast<size_t>(message->action) < wire::kInputActionCount);
   if (kind == Kind::hide || kind == Kind::inspect) FIRE3DV_ASSERT(message->node.has_value());
   return 0;
 }

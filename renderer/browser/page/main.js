@@ -1,5 +1,6 @@
 // Live view of a FIRE-3DV renderer: joins connection, display, input and panel.
 import {Connection} from "./connection.js";
+import {Controls} from "./controls.js";
 import {Display} from "./display.js";
 import {Recorder} from "./download.js";
 import {Input} from "./input.js";
@@ -31,6 +32,7 @@ const plots = new Plots({section: at("plots"), canvas: at("plot"), pause: at("pl
                          search: at("plot-search"), list: at("scalars"), omitted: at("scalars-omitted")},
                         {send, shownNs: () => display.simTimeNs, name: fileName});
 const joints = new Joints({section: at("joints"), posture: at("posture"), list: at("joint-list")}, control);
+const controls = new Controls({section: at("controls"), list: at("control-list"), omitted: at("controls-omitted")}, control);
 const settings = new Settings(at("settings"), control);
 const recorder = new Recorder(at("canvas"), fileName, () => {
   at("record").setAttribute("aria-pressed", String(recorder.isRecording));
@@ -107,6 +109,7 @@ const messages = {
     at("rights").textContent = mayControl ? "" : "view only";
     viewToken = message.view_token;
     joints.clear();  // a renderer without joints sends none
+    controls.clear();
     const view = link.restore();
     if (view) send(view);
     display.report();
@@ -142,6 +145,7 @@ const messages = {
   view: (message) => link.setView(message),
   joints: (message) => joints.setJoints(message, mayControl),
   joint_positions: (message) => joints.setPositions(message),
+  inputs: (message) => controls.setList(message),
   scalars: (message) => plots.setList(message),
   samples: (message) => plots.addSamples(message),
   settings: (message) => settings.show(message.controls),

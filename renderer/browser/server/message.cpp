@@ -1,5 +1,6 @@
 #include "renderer/browser/server/message.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -10,7 +11,7 @@ namespace {
 using Kind = ClientMessage::Kind;
 using Json = nlohmann::json;
 
-constexpr std::array<std::pair<std::string_view, Kind>, 25> kKinds{{
+constexpr std::array<std::pair<std::string_view, Kind>, 26> kKinds{{
     {"hello", Kind::hello},     {"size", Kind::size},       {"shown", Kind::shown},
     {"orbit", Kind::orbit},     {"pan", Kind::pan},         {"zoom", Kind::zoom},
     {"fly", Kind::fly},         {"frame", Kind::frame},     {"codec", Kind::codec},
@@ -19,7 +20,7 @@ constexpr std::array<std::pair<std::string_view, Kind>, 25> kKinds{{
     {"hide", Kind::hide},       {"isolate", Kind::isolate}, {"show_all", Kind::show_all},
     {"play", Kind::play},       {"step", Kind::step},       {"seek", Kind::seek},
     {"joint", Kind::joint},     {"posture", Kind::posture}, {"setting", Kind::setting},
-    {"quality", Kind::quality},
+    {"quality", Kind::quality}, {"input", Kind::input},
 }};
 
 // Reader of the fields of one message; remembers the first fault.
@@ -62,6 +63,15 @@ class Fields {
     if (at == object_.end() || !at->is_string() || at->get_ref<const std::string&>().size() > max_bytes)
       return fail(name, "must be a text of at most " + std::to_string(max_bytes) + " bytes");
     value = at->get<std::string>();
+  }
+  // Index among these names.
+  template <size_t count>
+  void name_of(const char* name, const std::array<std::string_view, count>& names, size_t& value) {
+    std::string given;
+    text(name, 16, given);
+    const auto known = std::ranges::find(names, given);
+    if (known == names.end()) return fail(name, "is not known; reload the page");
+    value = static_cast<size_t>(known - names.begin());
   }
   template <size_t count>
   void numbers(const char* name, double limit, std::array<double, count>& values) {
@@ -110,6 +120,21 @@ class Fields {
   const Json& object_;
   std::string fault_;
 };
+
+// By number.
+constexpr std::array<std::string_view, wire::kInputActionCount> kActions{
+    "set", "press", "run", "pause", "step", "reset", "speed", "begin", "move", "end"};
+
+void read_input(Fields& fields, ClientMessage& message) {
+  constexpr double kMaxValue = 1e12;
+  fields.integer("list", 0, UINT32_MAX, message.number);
+  fields.integer("index", 0, UINT32_MAX - 1, message.index.emplace());
+  size_t action = 0;
+  fields.name_of("action", kActions, action);
+  message.action = static_cast<wire::InputAction>(action);
+  fields.number("value", -kMaxValue, kMaxValue, message.x);
+  fields.text("text", wire::kMaxInputTextBytes, message.value);
+}
 
 void read_fields(Fields& fields, ClientMessage& message) {
   constexpr double kMaxTurn = 100, kMaxMove = 1000, kMaxPosition = 1e6;
@@ -180,6 +205,8 @@ void read_fields(Fields& fields, ClientMessage& message) {
       fields.text("setting", 64, message.setting);
       fields.integer("control", 0, UINT32_MAX - 1, message.index.emplace());
       return fields.text("value", 64, message.value);
+    case Kind::input:
+      return read_input(fields, message);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "protocol/wire/input.h"
 
 namespace fire3dv::serve {
 
@@ -46,9 +47,11 @@ struct ClientMessage {
     joint,    // scene, index of the listed joint, x: position, radians or metres
     posture,  // scene, index of a named pose; none: as in the file
     setting,  // setting: a row of the table; index of its control, value as in "settings"
+    input,    // number of the list of inputs, index of an input in it, action; x: number, value: text
   };
   Kind kind = Kind::hello;
   std::string token, setting, value;
+  wire::InputAction action{};
   uint32_t width = 0, height = 0;
   uint32_t number = 0;
   std::optional<uint32_t> node, index;

@@ -205,5 +205,136 @@ def denied(session):
     check(session.browser.process.poll() is None, "the browser has ended")
 
 
+def raised(height):
+    return [[1, 0, 0, 0, 0, 1, 0, height, 0, 0, 1, 0]]
+
+
+class Tuning:
+    """A simulation in this process, whose controls a page uses."""
+
+    def __init__(self, stream):
+        self.stream, self.time_ns, self.log = stream, 0, []
+        controls = stream.controls
+        self.height = controls.slider("square/height", 0, 20, unit="m")
+        self.mode = controls.choice("square/mode", ["hold", "track"])
+        self.glow = controls.toggle("glow")
+        self.kick = controls.button("kick", on_press=lambda: self.log.append("kick"))
+        self.note = controls.text("note", "empty", on_change=self.log.append)
+        self.run = controls.run(running=False, speeds=(0.5, 2))
+
+    def until(self, what, condition):
+        """Steps until something has happened."""
+        def step():
+            self.stream.events()
+            self.time_ns += 1_000_000
+            self.stream.publish(self.time_ns, raised(self.height.value))
+            return condition()
+        return wait_until(what, step)
+
+
+def controls(test):
+    """Controls that a Python program declares act on it from a page with control, and from no other."""
+    scene, uri = test.path("red.glb"), test.fresh_uri("shm")
+    write_scene(scene, {"red": ((1, 0, 0), 0)}, place=0)
+    session = Session(test, "--listen", uri, scene=scene)
+    try:
+        page = session.page(embed=False, size=SIZE)
+        at = image_after(page, 0)
+        home = red_row(page)
+        check(page.evaluate("document.getElementById('controls').hidden"), "there are controls without a stream")
+        with fire3dv.Stream(uri, adapter_name="tuning") as stream:
+            stream.describe(["red"])
+            tuning = Tuning(stream)
+            tuning.until("the renderer", lambda: stream.poll().acked_sequence > 0)
+            page.wait("the controls", "document.querySelectorAll('#control-list input[type=range]').length === 2")
+            names = page.evaluate("[...document.querySelectorAll('#control-list li')].map((item) => item.innerText.replace(/\\s+/g, ' ').trim())")
+            check([name.split(" ")[0] for name in names] == ["glow", "kick", "note", "Run", "square", "height", "mode"], f"{names}")
+            slide(page, tuning, at, home)
+            others(page, tuning)
+            run_bar(page, tuning)
+            shared(session, page, tuning)
+            view_only(session, tuning)
+        page.wait("the end of the stream", "document.getElementById('controls').hidden")
+        check(not page.errors, f"errors of the page: {page.errors}")
+    finally:
+        session.end()
+
+
+def slide(page, tuning, at, home):
+    """A click on the slider's track, and an arrow key: real input events."""
+    x, y, width, height = page.evaluate("(() => { const s = document.querySelector('#control-list [aria-label=height]'); s.scrollIntoView(); "
+                                        "const b = s.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
+    page.click(x + width / 2, y + height / 2)
+    tuning.until("the slider's value", lambda: abs(tuning.height.value - 10) < 1)
+    before = tuning.height.value
+    page.key("ArrowRight")
+    tuning.until("the next value", lambda: abs(tuning.height.value - before - 0.1) < 1e-9)
+    image_after(page, at)
+    wait_until("the square to be higher", lambda: red_row(page) < home - 5)
+    page.evaluate("(() => { const n = document.querySelector('#control-list [type=number]:not([aria-label^=Speed])'); n.value = 1000; n.dispatchEvent(new Event('change')); })()")
+    tuning.until("the limit", lambda: tuning.height.value == 20)
+
+
+def others(page, tuning):
+    def use(selector, change):
+        page.evaluate(f"(() => {{ const e = document.querySelector('#control-list {selector}'); {change}; }})()")
+    use("li:nth-child(1) input", "e.click()")
+    use("li:nth-child(2) button", "e.click()")
+    use("select", "e.value = '1'; e.dispatchEvent(new Event('change'))")
+    use("[type=text]", "e.value = 'Körper <b>'; e.dispatchEvent(new Event('change'))")
+    tuning.until("all of them", lambda: tuning.glow.value and tuning.mode.value == "track" and tuning.kick.presses == 1
+                 and tuning.note.value == "Körper <b>")
+    check(tuning.log == ["kick", "Körper <b>"], f"callbacks: {tuning.log}")
+
+
+def run_bar(page, tuning):
+    press = "[...document.querySelectorAll('#control-list .run button')].find((button) => button.textContent === '{}').click()"
+    page.evaluate(press.format("Step"))
+    page.evaluate(press.format("Step"))
+    page.evaluate(press.format("Reset"))
+    steps = []
+    tuning.until("two steps", lambda: steps.append(tuning.run.take_steps()) or sum(steps) == 2)
+    tuning.until("the reset", tuning.run.take_reset)
+    page.evaluate(press.format("Run"))
+    tuning.until("the run", lambda: tuning.run.running)
+    page.wait("the button to pause", "document.querySelector('#control-list .run button').textContent === 'Pause'")
+    page.evaluate("(() => { const s = document.querySelector('#control-list .run [type=range]'); s.value = 1.5; s.dispatchEvent(new Event('input')); })()")
+    tuning.until("the speed", lambda: abs(tuning.run.speed - 1.5) < 0.01)
+
+
+def shared(session, page, tuning):
+    """The program's value is that of all pages, also of those that come later; a set value reaches them."""
+    second = session.page(embed=False, size=SIZE)
+    value = "document.querySelector('#control-list [aria-label=height]')?.value"
+    second.wait("the slider of another page", f"{value} === '20'")
+    second.call("Page.close")
+    page.call("Page.bringToFront")
+    tuning.height.value = 5
+    page.wait("the value that the program set", f"{value} === '5'")
+
+
+def view_only(session, tuning):
+    """A view link lists no controls, and no message of it acts."""
+    viewer = session.page(session.view, embed=False, size=SIZE)
+    viewer.wait("the stream", "document.querySelectorAll('.stream').length === 1")
+    check(viewer.evaluate("document.getElementById('controls').hidden"), "a view link has controls")
+    client = session.viewer(*SIZE, link=session.view)
+    for number in range(4):
+        for index in range(6):
+            for action in ("set", "press", "run", "pause", "step", "reset", "speed", "begin", "move", "end"):
+                client.send(json.dumps({"type": "input", "list": number, "index": index, "action": action, "value": 1, "text": "x"}))
+    client.send('{"type":"pick","x":0.5,"y":0.5}')  # its answer comes after the effect of the messages before
+    while True:
+        kind, payload = client.receive()
+        check(kind != 1 or json.loads(payload)["type"] != "inputs", "a view link gets the list of inputs")
+        if kind == 1 and json.loads(payload)["type"] == "picked":
+            break
+    client.close()
+    tuning.height.value = 6
+    found = []
+    tuning.until("another frame", lambda: found.extend(tuning.stream.events()) or tuning.stream.poll().acked_sequence > tuning.stream.sequence - 3)
+    check(not found and tuning.height.value == 6 and tuning.kick.presses == 1, f"a view link acts: {found}")
+
+
 if __name__ == "__main__":
-    main({"plots": plots, "joints": joints}, ["fire3dv"])
+    main({"plots": plots, "joints": joints, "controls": controls}, ["fire3dv"])

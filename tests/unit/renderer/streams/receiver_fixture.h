@@ -44,6 +44,7 @@ class ScriptedListener final : public transport::ListenerLink {
     return known == budgets.end() ? nullptr : known->second;
   }
   bool carries_images() const override { return carries; }
+  bool carries_input() const override { return takes_input; }
   bool send_image(PeerId peer, uint64_t request, std::span<const std::byte>, size_t pixel_bytes,
                   const FillPixels& fill) override {
     std::vector<std::byte> pixels(pixel_bytes);
@@ -61,7 +62,7 @@ class ScriptedListener final : public transport::ListenerLink {
   };
   std::vector<Image> images;
   std::map<PeerId, std::shared_ptr<PeerBudget>> budgets;
-  bool carries = true;
+  bool carries = true, takes_input = true;
   std::string address = "test://listener";
 
  private:

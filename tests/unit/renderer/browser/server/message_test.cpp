@@ -56,6 +56,13 @@ TEST(ClientMessage, EachKindIsRead) {
   EXPECT_EQ(joint.index, 2u);
   EXPECT_EQ(joint.x, -1.5);
   EXPECT_FALSE(read(R"({"type":"posture","scene":4})").index);
+  const ClientMessage input =
+      read(R"({"type":"input","list":3,"index":2,"action":"speed","value":0.5,"text":"a"})");
+  EXPECT_EQ(input.number, 3u);
+  EXPECT_EQ(input.index, 2u);
+  EXPECT_EQ(input.action, wire::InputAction::speed);
+  EXPECT_EQ(input.x, 0.5);
+  EXPECT_EQ(input.value, "a");
   const ClientMessage setting = read(R"({"type":"setting","setting":"shadows","control":1,"value":"off"})");
   EXPECT_EQ(setting.setting, "shadows");
   EXPECT_EQ(setting.index, 1u);
@@ -104,6 +111,11 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"posture","index":1})"),
         std::string(R"({"type":"setting","setting":"shadows","control":-1,"value":"off"})"),
         std::string(R"({"type":"setting","setting":"shadows","control":0,"value":1})"),
+        std::string(R"({"type":"input","list":0,"index":0,"action":"jump","value":0,"text":""})"),
+        std::string(R"({"type":"input","list":0,"index":0,"action":"set","value":1e13,"text":""})"),
+        std::string(R"({"type":"input","list":0,"action":"set","value":1,"text":""})"),
+        R"({"type":"input","list":0,"index":0,"action":"set","value":1,"text":")" + std::string(1024, 'a') +
+            "\"}",
         R"({"type":"setting","setting":"shadows","control":0,"value":")" + std::string(65, 'a') + "\"}",
         R"({"type":"hello","token":")" + std::string(200, 'a') + "\"}",
         std::string(3000, '['),
@@ -115,7 +127,7 @@ TEST(ClientMessage, BadOnesAreRefused) {
 
 TEST(ClientMessage, SharedStateNeedsControl) {
   for (const Kind kind : {Kind::hide, Kind::isolate, Kind::show_all, Kind::play, Kind::step, Kind::seek,
-                          Kind::joint, Kind::posture, Kind::setting})
+                          Kind::joint, Kind::posture, Kind::setting, Kind::input})
     EXPECT_TRUE(needs_control(kind));
   for (const Kind kind : {Kind::hello, Kind::size, Kind::shown, Kind::orbit, Kind::pan, Kind::zoom, Kind::fly,
                           Kind::frame, Kind::codec, Kind::quality, Kind::camera, Kind::pick, Kind::inspect,
