@@ -2,6 +2,7 @@
 // Plain structs, main thread only; independent of window, panels and Vulkan.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -32,6 +33,12 @@ enum class GizmoTool : uint8_t { none, move, rotate, scale };
 // Objects that the user adds to the scene.
 enum class ObjectKind : uint8_t { point_light, spot_light, directional_light, camera };
 
+// What the user does with an input that the stream of this epoch declares.
+struct InputCommand {
+  uint64_t epoch = 0;
+  wire::InputEvent event;
+};
+
 // One-shot commands, cleared after execution.
 struct Commands {
   bool frame_all = false, frame_selection = false;
@@ -53,6 +60,7 @@ struct Commands {
   bool toggle_playback = false;
   int step_frames = 0;  // forwards (> 0) or backwards
   double skip_s = 0;    // forwards or backwards
+  std::vector<InputCommand> inputs;
   bool close = false;
   std::optional<std::filesystem::path> open;  // scene, description or recording to show next
 };
@@ -93,13 +101,15 @@ struct DocumentState {
 // State of the window's view and requests of the user, written by keys, mouse and panels, and executed by the
 // frame loop. Node numbers refer to the displayed scene.
 struct ViewState : DocumentState {
-  uint32_t selected = scene::kNone;               // node
-  uint32_t followed = scene::kNone;               // node that the free camera follows
-  std::optional<SurfacePoint> picked_point;       // of the last click on a surface
-  bool shows_grid = false, shows_frusta = false;  // ground grid with axes; frusta of the scene's cameras
-  bool measures = false;                          // clicks choose points instead of nodes
-  std::vector<SurfacePoint> measured;             // at most two
-  std::map<uint64_t, StreamPlayout> streams;      // by epoch
+  uint32_t selected = scene::kNone;                // node
+  uint32_t followed = scene::kNone;                // node that the free camera follows
+  std::optional<SurfacePoint> picked_point;        // of the last click on a surface
+  bool shows_grid = false, shows_frusta = false;   // ground grid with axes; frusta of the scene's cameras
+  bool can_drag_bodies = false;                    // Ctrl-drag does not turn the camera
+  std::optional<std::array<glm::vec3, 2>> spring;  // of a dragged body, in the world: its point, the target
+  bool measures = false;                           // clicks choose points instead of nodes
+  std::vector<SurfacePoint> measured;              // at most two
+  std::map<uint64_t, StreamPlayout> streams;       // by epoch
   ScreenshotSize screenshot_size;
   float camera_speed = 1;  // factor on the speed derived from the scene's size
 

@@ -63,6 +63,7 @@ struct Gui::Panels {
   float left_rest_px = 0;    // height of the left column without the tree
   float bottom_rest_px = 0;  // height of the bottom row without the lines of the log; 0: unknown
 
+  ControlsPanel controls;
   FramePanel frame;
   StreamsPanel streams;
   PlotsPanel plots;
@@ -226,6 +227,7 @@ void Gui::Panels::lay_out(const Context& c) {
     tree.draw(c, tree_height);
     draw_node_panel(c);
     draw_edit_panel(c);
+    controls.draw(c);
     draw_joints_panel(c);
     draw_measure_panel(c);
     cameras.draw(c);

@@ -34,6 +34,7 @@ struct Shown {
   std::span<const std::filesystem::path> recent_files = {};   // the shown one first
   const app::EditFacts* editing = nullptr;                    // null: nobody records edits
   std::function<passes::View(float image_aspect)> view = {};  // of the image; null: no gizmo is drawn
+  std::span<const state::StreamId> controlled_streams = {};   // whose declared inputs can be used
 };
 
 // Rectangle in image pixels.

@@ -68,7 +68,7 @@ bool set(Layout& layout, std::string_view name, std::string_view value) {
 const char* panel_name(Panel panel) {
   constexpr const char* kNames[kPanels] = {"scene",  "node",      "cameras", "frame", "streams",
                                            "lights", "materials", "render",  "log",   "timeline",
-                                           "joints", "plots",     "measure", "edit"};
+                                           "joints", "plots",     "measure", "edit",  "controls"};
   return kNames[static_cast<size_t>(panel)];
 }
 

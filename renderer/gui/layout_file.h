@@ -27,9 +27,10 @@ enum class Panel : uint8_t {
   joints,
   plots,
   measure,
-  edit
+  edit,
+  controls
 };
-constexpr size_t kPanels = 14;
+constexpr size_t kPanels = 15;
 const char* panel_name(Panel panel);  // one lowercase word
 // Sides of the window that panels are docked to.
 enum class Dock : uint8_t { left, right, bottom };
@@ -38,8 +39,8 @@ constexpr size_t kDocks = 3;
 // Sizes are in points: pixels of a display of scale 1.
 struct Layout {
   float left_pt = 264, right_pt = 316, log_pt = 132;
-  std::array<bool, kPanels> open{true, true, true, true, true,  false, false,
-                                 true, true, true, true, false, true,  false};
+  std::array<bool, kPanels> open{true, true, true, true,  true, false, false, true,
+                                 true, true, true, false, true, false, true};
   std::array<bool, kDocks> folded{};  // a folded dock is a narrow strip
   float camera_speed = 1;
   bool is_light = false;     // theme

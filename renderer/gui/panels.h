@@ -145,6 +145,19 @@ void draw_edit_panel(const Context& context);
 // Nothing if the scene has no robot.
 void draw_joints_panel(const Context& context);
 
+// Controls and run bars that streams declare. Nothing if there are none.
+class ControlsPanel {
+ public:
+  struct Edited {  // text that is being typed
+    uint64_t epoch = 0;
+    std::string name, text;
+  };
+  void draw(const Context& context);
+
+ private:
+  Edited edited_;
+};
+
 // Coordinates of picked points and the distance between two of them.
 void draw_measure_panel(const Context& context);
 

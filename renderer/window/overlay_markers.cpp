@@ -17,9 +17,11 @@ using wire::MarkerKind;
 // Keys of markers.
 constexpr uint64_t kMeasuredPath = 0, kMeasuredLine = 1, kMeasuredPoints = 2, kMeasuredText = 3;
 
+constexpr uint64_t kSpringLine = 4, kSpringEnds = 5;
 constexpr uint64_t kGrid = 16, kFrusta = 1024;  // the first of each
 constexpr uint64_t kMarkersPerFrustum = 2;
 constexpr uint32_t kMeasureColor = marker_color(0xffc040);
+constexpr uint32_t kSpringColor = marker_color(0x40ff80);
 
 // As passes::make_view() takes the pose of a camera.
 glm::mat4 without_scale(glm::mat4 world_from_camera) {
@@ -42,7 +44,22 @@ const std::vector<state::ShownMarker>& OverlayMarkers::update(const ViewState& v
   }
   if (view_state.shows_frusta) add_frusta(view_state, seen);
   if (view_state.measures) add_measurement(view_state, seen.poses, seen.display_scale);
+  if (view_state.spring) add_spring(*view_state.spring, seen.display_scale);
   return shown_;
+}
+
+// Of a dragged body: from the grabbed point to where it is pulled.
+void OverlayMarkers::add_spring(const std::array<glm::vec3, 2>& ends, float display_scale) {
+  Marker marker;
+  marker.flags = wire::kMarkerOverlaid;
+  marker.kind = MarkerKind::lines;
+  marker.width = 3 * display_scale;
+  marker.positions = {marker_point(ends[0]), marker_point(ends[1])};
+  marker.colors = {kSpringColor};
+  add(kSpringLine, marker);
+  marker.kind = MarkerKind::points;
+  marker.width = 10 * display_scale;
+  add(kSpringEnds, std::move(marker));
 }
 
 // Without the camera of the image, whose frustum is the image's border.

@@ -3,6 +3,7 @@
 // them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -40,6 +41,7 @@ class OverlayMarkers {
   // Markers are compared with those of the last image, so that only changed ones are uploaded.
   void add(uint64_t key, wire::Marker marker, const glm::mat4& world_from_marker = glm::mat4(1));
   void add_frusta(const ViewState& view_state, const ImageView& seen);
+  void add_spring(const std::array<glm::vec3, 2>& ends, float display_scale);
   void add_measurement(const ViewState& view_state, const state::PoseState& poses, float display_scale);
 
   struct SentMarker {

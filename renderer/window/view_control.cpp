@@ -47,14 +47,20 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse
         break;
       case InputEvent::Kind::button:
         if (!event.down) {
-          const bool click = dragging_ == Button::left && event.button == Button::left && !dragged_ && !pans_;
+          const bool click = dragging_ == Button::left && event.button == Button::left && !dragged_ &&
+                             !pans_ && !drags_body_;
           if (click) moves.click_px = event.cursor_px;
-          if (dragging_ == event.button) dragging_.reset();
+          if (dragging_ == event.button) {
+            dragging_.reset();
+            drags_body_ = false;
+          }
         } else if (view_has_mouse && !dragging_) {
           dragging_ = event.button;
           dragged_ = false;
           pans_ = event.button != Button::left || event.modifiers.shift;
           pressed_px_ = event.cursor_px;
+          drags_body_ = !pans_ && event.modifiers.control && view_state.can_drag_bodies;
+          if (drags_body_) moves.grab_px = event.cursor_px;
         }
         break;
       case InputEvent::Kind::wheel:
@@ -74,13 +80,17 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse
         }
         break;
       case InputEvent::Kind::focus:
-        if (!event.down) held_.clear();
+        if (!event.down) {
+          held_.clear();
+          if (std::exchange(drags_body_, false)) dragging_.reset();
+        }
         break;
       default:
         break;
     }
   }
   moves.cursor_px = cursor_px_;
+  moves.is_dragging_body = drags_body_;
   const auto axis = [&](char plus, char minus) {
     return static_cast<float>(held_.contains(sinks::letter(plus))) -
            static_cast<float>(held_.contains(sinks::letter(minus)));
@@ -90,7 +100,7 @@ CameraMoves ViewInput::take(const sinks::WindowInput& input, bool view_has_mouse
 }
 
 void ViewInput::move(const InputEvent& event, CameraMoves& moves) {
-  if (!dragging_) return;
+  if (!dragging_ || drags_body_) return;
   constexpr float kTremblePx = 3;
   const glm::vec2 from = dragged_ ? last_px_ : pressed_px_;
   if (!dragged_ && glm::length(event.cursor_px - from) <= kTremblePx * scale_) return;

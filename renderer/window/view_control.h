@@ -21,6 +21,9 @@ struct CameraMoves {
   glm::vec2 cursor_px{0};
   glm::vec3 fly{0};                   // -1, 0 or 1 along the camera's x, y, z while keys are held
   std::optional<glm::vec2> click_px;  // left click without a drag
+  // Ctrl-drag with ViewState::can_drag_bodies: where it begins; while it lasts; its end.
+  std::optional<glm::vec2> grab_px;
+  bool is_dragging_body = false;
 };
 
 class ViewInput {
@@ -36,7 +39,7 @@ class ViewInput {
   std::set<sinks::Key> held_;
   std::optional<sinks::Button> dragging_;  // started on the view
   bool dragged_ = false;                   // exceeds the click tolerance
-  bool pans_ = false;
+  bool pans_ = false, drags_body_ = false;
   glm::vec2 cursor_px_{0}, pressed_px_{0}, last_px_{0};
   float scale_ = 1;
 };

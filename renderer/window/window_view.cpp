@@ -13,6 +13,12 @@
 #include "renderer/window/measurement.h"
 
 namespace fire3dv::app {
+namespace {
+
+// Flag of a pick's tag, beside the number of the scene: what is under the cursor is grabbed, not selected.
+constexpr uint64_t kGrab = uint64_t{1} << 63;
+
+}  // namespace
 
 bool CameraWindow::steer(ViewState& view_state, const state::PoseState& poses, float seconds) {
   const VkExtent2D extent = window_.framebuffer_extent();
@@ -75,6 +81,7 @@ WindowView::WindowView(const Borrowed& borrowed)
     : borrowed_(borrowed),
       unsaved_(borrowed.editor),
       captures_(borrowed.device, borrowed.options.screenshots),
+      body_drag_(borrowed.poses, borrowed.receiver.inputs()),
       recent_files_(recent_files_path([](const char* name) { return std::getenv(name); })),
       drawn_(borrowed.view_state.draw) {
   if (borrowed.options.has_panels && borrowed.options.right_camera.empty())
@@ -225,14 +232,16 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
     for (auto& [name, reason] : scene.refused_additions(kMaxRefused))
       editing.refused.push_back({std::move(name), std::move(reason)});
     const auto view = [this](float aspect) { return borrowed_.camera.view(borrowed_.poses, aspect); };
-    view_has_mouse =
-        panels_->take(first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
-                      {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
-                       borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view},
-                      view_state);
+    const std::vector<state::StreamId> controlled = borrowed_.receiver.inputs().streams();
+    view_has_mouse = panels_->take(
+        first(), input, {window_extent_.width, window_extent_.height}, seconds, facts,
+        {scene.scene(), borrowed_.poses, &scene.edits(), scene.replaced(), timeline,
+         borrowed_.robot ? &*borrowed_.robot : nullptr, recent_files_.files(), &editing, view, controlled},
+        view_state);
     place_image();
   }
   const glm::uvec2 image_px(image_extent_.width, image_extent_.height);
+  view_state.can_drag_bodies = !right_camera_ && body_drag_.is_possible();
   CameraMoves moves = input_.take(input, view_has_mouse, view_state);
   const float aspect = static_cast<float>(image_px.x) / static_cast<float>(std::max(image_px.y, 1u));
   const CameraRig::Placed seen = borrowed_.camera.placed(borrowed_.poses, aspect);
@@ -240,6 +249,9 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
                           {borrowed_.camera.focus(borrowed_.poses, aspect), seen.world_from_camera,
                            seen.camera, &borrowed_.poses});
   moves.cursor_px -= glm::vec2(image_at_px_);
+  drag_body(moves);
+  for (InputCommand& command : std::exchange(view_state.commands.inputs, {}))
+    (void)borrowed_.receiver.inputs().act(command.epoch, 0, std::move(command.event));
   if (moves.click_px) {
     *moves.click_px -= glm::vec2(image_at_px_);
     const auto width = static_cast<float>(image_extent_.width);
@@ -257,6 +269,26 @@ void WindowView::steer_first(float seconds, const gui::Facts& facts, replay::Tim
   if (std::exchange(commands.toggle_video, false)) captures_.toggle_video();
   if (commands.export_csv) captures_.export_csv(*std::exchange(commands.export_csv, std::nullopt));
   close_or_open(input, view_has_mouse);
+}
+
+// Other views of the first window keep their cameras: a body is dragged in a single image only.
+void WindowView::drag_body(const CameraMoves& moves) {
+  if (!moves.is_dragging_body) {
+    if (body_drag_.is_pressed()) body_drag_.release();
+    grabbed_px_.reset();
+  } else {
+    if (moves.grab_px) {
+      body_drag_.release();
+      body_drag_.press();
+      grabbed_px_ = *moves.grab_px - glm::vec2(image_at_px_);
+      if (Result<void> can = renderer().can_inspect(); !can)
+        notes_.push_back(error_line(can.error().message));
+    }
+    const glm::vec2 size(image_extent_.width, image_extent_.height);
+    body_drag_.move(2.0f * moves.cursor_px / size - 1.0f,
+                    borrowed_.camera.view(borrowed_.poses, size.x / size.y));
+  }
+  borrowed_.view_state.spring = body_drag_.ends();
 }
 
 // A request that would lose unsaved edits is refused once.
@@ -398,6 +430,9 @@ std::span<const state::ShownMarker> WindowView::update_overlay() {
 }
 
 passes::Inspection WindowView::take_inspection() {
+  if (grabbed_px_)
+    return inspection_of(borrowed_.view_state, grabbed_px_, {image_extent_.width, image_extent_.height},
+                         borrowed_.scene.replaced() | kGrab);
   return inspection_of(borrowed_.view_state, clicked_px_, {image_extent_.width, image_extent_.height},
                        borrowed_.scene.replaced());
 }
@@ -406,10 +441,14 @@ void WindowView::deliver() {
   captures_.deliver();
   for (const passes::Picked& picked : renderer().take_picked()) {
     // Ignores picks in an earlier scene.
-    if (picked.tag != borrowed_.scene.replaced()) continue;
+    if ((picked.tag & ~kGrab) != borrowed_.scene.replaced()) continue;
+    has_picked_ = true;
+    if (picked.tag & kGrab) {
+      if (const std::optional<std::string> why = body_drag_.grab(picked)) notes_.push_back(*why);
+      continue;
+    }
     if (std::optional<std::string> message = take_pick(borrowed_.view_state, picked, borrowed_.poses))
       notes_.push_back(std::move(*message));
-    has_picked_ = true;
   }
 }
 

@@ -1,5 +1,6 @@
 // Window side of the frame loop: user input, presentation, screenshots and secondary windows. The frame loop
 // renders with the camera that this class controls.
+// More than 60 members: whatever a window's events act on meets here, in the order of one frame.
 #pragma once
 
 #include <chrono>
@@ -21,6 +22,7 @@
 #include "renderer/streams/image_request_queue.h"
 #include "renderer/streams/playout_options.h"
 #include "renderer/streams/stream_receiver.h"
+#include "renderer/window/body_drag.h"
 #include "renderer/window/overlay_markers.h"
 #include "renderer/window/recent_files.h"
 #include "renderer/window/screenshots/screenshot_recorder.h"
@@ -155,6 +157,7 @@ class WindowView {
   void place_image();
   state::EditTargets edit_targets() const;
   void close_or_open(const sinks::WindowInput& input, bool view_has_mouse);
+  void drag_body(const CameraMoves& moves);
   void apply_requests();
   std::optional<std::string> why_no_paths();
   void apply_draw_settings();
@@ -168,13 +171,14 @@ class WindowView {
   std::vector<std::unique_ptr<CameraWindow>> others_;
   ScreenshotRecorder captures_;
   OverlayMarkers overlay_;
+  BodyDrag body_drag_;
   RecentFiles recent_files_;
   float display_scale_ = 1;
   std::optional<WindowPanels> panels_;
   VkExtent2D window_extent_{};  // of each column
   VkExtent2D image_extent_{};
   glm::uvec2 image_at_px_{0};  // upper left corner of the image in the window
-  std::optional<glm::vec2> clicked_px_, clicked_right_px_;
+  std::optional<glm::vec2> clicked_px_, clicked_right_px_, grabbed_px_;
   settings::DrawSettings drawn_;  // last valid settings
   bool closing_ = false;
   std::optional<glm::uvec2> large_screenshot_px_;  // to draw next: not of the size in the window

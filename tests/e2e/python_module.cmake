@@ -50,7 +50,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
     python_renderer_case(images python_images_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(threads python_threads_test.py $<TARGET_FILE:fire3dv>)
     python_renderer_case(markers python_markers_test.py $<TARGET_FILE:fire3dv>)
-    foreach(script markers double_scale)
+    foreach(script markers double_scale controls)
       python_module_case(${script}_window ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/window/${script}_test.py $<TARGET_FILE:fire3dv>)
       set_property(TEST python_module_${script}_window APPEND PROPERTY ENVIRONMENT
         "VK_DRIVER_FILES=${FIRE3DV_TEST_VULKAN_DRIVER}" "VK_ICD_FILENAMES=${FIRE3DV_TEST_VULKAN_DRIVER}")

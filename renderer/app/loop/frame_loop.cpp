@@ -242,7 +242,8 @@ bool FrameLoop::has_changed() {
   for (const state::Stream& stream : context_.poses.streams()) {
     conditions = 31 * conditions + 2 * static_cast<uint64_t>(stream.condition) + (stream.active ? 1 : 0);
     if (context_.window)
-      conditions = 31 * conditions + stream.scalars().revision();  // plotted, also without frames
+      conditions = 31 * conditions + stream.scalars().revision() +  // plotted, also without frames
+                   stream.inputs().revision();
   }
   const std::array<uint64_t, 3> revisions = {context_.poses.revision(), context_.scene.updates(), conditions};
   const bool is_edited = context_.live_view && context_.live_view->take_change();

@@ -38,6 +38,7 @@ constexpr Line kSceneLines[] = {
     {"click", "select a body"},
     {"H  Shift H", "hide it; show all"},
     {"I  T", "isolate it; follow it"},
+    {"Ctrl drag", "pull a simulated body"},
     {"M", "measure a distance"},
     {"X  K", "grid, camera frusta"},
     {"Esc", "end the tool; deselect"},

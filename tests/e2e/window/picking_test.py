@@ -14,7 +14,7 @@ from screen import OUTLINE, on_a_screen
 WINDOW, COLUMNS = (900, 640), (270, 310)  # the image between the panels
 SEARCH, FIRST_ROW = (120, 42), (120, 66)  # of the panel Scene
 PANELS = ("scene", "node", "cameras", "frame", "streams", "lights", "materials", "render", "log", "timeline", "joints",
-          "plots", "measure", "edit")
+          "plots", "measure", "edit", "controls")
 ASSETS = os.environ.get("FIRE3DV_ASSETS") or os.path.join(os.path.dirname(os.path.abspath(__file__)), *[".."] * 4, "shared", "assets")
 SAMPLES = ("khronos-sample-models/RiggedSimple/glTF-Binary/RiggedSimple.glb",
            "khronos-sample-models/RiggedFigure/glTF-Binary/RiggedFigure.glb",
