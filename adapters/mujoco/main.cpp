@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -15,6 +16,7 @@
 #include <utility>
 
 #include "adapters/mujoco/image_files.h"
+#include "adapters/mujoco/interaction.h"
 #include "adapters/mujoco/options.h"
 #include "adapters/mujoco/timing.h"
 #include "base/log.h"
@@ -79,7 +81,10 @@ class Runner {
         files_(std::move(files)),
         options_(options),
         pace_(options.speed),
-        paused_(options.paused) {}
+        paused_(options.paused) {
+    if (options.controls)
+      interaction_.emplace(simulation_.model(), !options.paused, options.lockstep ? 0 : options.speed);
+  }
 
   Result<void> run() {
     for (const ImageSpec& spec : options_.images) {
@@ -87,11 +92,13 @@ class Runner {
       if (!id) return id.error();
       requests_.push_back(*id);
     }
+    if (Result<void> declared = declare_controls(); !declared) return declared;
     if (Result<void> sent = publish(); !sent) return sent;
     const double step_s = simulation_.model().opt.timestep;
     while (!stop_requested && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
       if (Result<void> done = process_commands(); !done) return done;
-      if (paused_ && !single_step_) {
+      if (Result<void> done = process_events(); !done) return done;
+      if (paused_ && !single_step_ && requested_steps_ == 0) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (!options_.lockstep) {
           if (Result<void> done = store_images(); !done) return done;
@@ -99,9 +106,11 @@ class Runner {
         if (Result<void> polled = poll_renderers(); !polled) return polled;
         continue;
       }
-      if (Result<void> done = simulation_.step(); !done) return done;
+      if (Result<void> done = step(); !done) return done;
       stepped_s_ += step_s;
-      if (std::exchange(single_step_, false)) publisher_.jump();
+      const bool is_single = std::exchange(single_step_, false) || paused_;
+      if (requested_steps_ > 0) --requested_steps_;
+      if (is_single) publisher_.jump();
       if (!publisher_.due(simulation_.data())) continue;
       if (Result<void> sent = publish(); !sent) return sent;
     }
@@ -125,6 +134,55 @@ class Runner {
   }
 
  private:
+  Result<void> declare_controls() {
+    if (!interaction_) return {};
+    for (fire3dv_stream* const stream : publisher_.streams())
+      if (Result<void> declared = interaction_->declare(stream); !declared) return declared;
+    return {};
+  }
+
+  Result<void> step() {
+    if (!interaction_) return simulation_.step();
+    return simulation_.step([this](const mjModel& model, mjData& data) { interaction_->apply(model, data); });
+  }
+
+  // What people did in windows and browsers.
+  Result<void> process_events() {
+    if (!interaction_) return {};
+    size_t number = 0;
+    for (fire3dv_stream* const stream : publisher_.streams()) {
+      const Result<Interaction::Requests> asked = interaction_->poll(stream, number++);
+      if (!asked) return asked.error();
+      if (asked->is_running) {
+        paused_ = !*asked->is_running;
+        pace_.restart();
+      }
+      if (asked->speed) pace_.set_speed(*asked->speed);
+      if (paused_) requested_steps_ = std::min(requested_steps_ + asked->steps, kMaxRequestedSteps);
+      if (!paused_) requested_steps_ = 0;
+      if (asked->reset)
+        if (Result<void> done = reset(); !done) return done;
+    }
+    return {};
+  }
+
+  Result<void> reset() {
+    if (interaction_) interaction_->reset();
+    if (Result<void> declared = declare_controls(); !declared) return declared;
+    if (Result<void> done = simulation_.reset(); !done) return done;
+    publisher_.jump();
+    pace_.restart();
+    return publish();
+  }
+
+  // By a line on standard input: all viewers see it.
+  Result<void> set_paused(bool is_paused) {
+    paused_ = is_paused;
+    if (!interaction_) return {};
+    interaction_->set_running(!is_paused);
+    return declare_controls();
+  }
+
   Result<void> publish() {
     if (Result<void> updated = simulation_.update_poses(); !updated) return updated;
     if (!options_.lockstep) wait_until_due();
@@ -189,18 +247,16 @@ class Runner {
     const auto line = commands_.next();
     if (!line) return {};
     if (*line == "pause") {
-      paused_ = true;
+      return set_paused(true);
     } else if (*line == "go") {
-      paused_ = false;
       pace_.restart();
+      return set_paused(false);
     } else if (*line == "step") {
-      paused_ = single_step_ = true;
+      single_step_ = true;
       pace_.restart();
+      return set_paused(true);
     } else if (*line == "reset") {
-      if (Result<void> done = simulation_.reset(); !done) return done;
-      publisher_.jump();
-      pace_.restart();
-      return publish();
+      return reset();
     } else if (*line == "quit") {
       stop_requested = true;
     } else if (!line->empty()) {
@@ -209,8 +265,11 @@ class Runner {
     return {};
   }
 
+  static constexpr int kMaxRequestedSteps = 1'000'000;
+
   Simulation simulation_;
   Publisher publisher_;
+  std::optional<Interaction> interaction_;
   std::optional<ImageFiles> files_;
   const Options& options_;
   Pace pace_;
@@ -220,6 +279,7 @@ class Runner {
   uint64_t images_written_ = 0, images_lost_ = 0;
   double stepped_s_ = 0;
   bool paused_, single_step_ = false;
+  int requested_steps_ = 0;  // by people, while paused
 };
 
 // Main loop: steps the model at the requested pace and publishes it. Returns after SIGINT, SIGTERM or SIGHUP,

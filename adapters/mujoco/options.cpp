@@ -82,6 +82,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
       group.add("--show", show, "LIST", "markers: contacts,forces,joints,com,tendons");
   group.add_flag("--joint-scalars", options.publish.joint_scalars,
                  "send joint positions, velocities and efforts as scalars for plots");
+  group.add_flag("--controls", options.controls,
+                 "let people run and pause it, drag bodies, and move actuators");
   group.add_flag("--paused", options.paused, "start paused, with one frame published");
   group.add_flag("--lockstep", options.lockstep, "wait until a renderer has drawn each frame");
   group.add("--ack-timeout", options.ack_timeout_s, "SECONDS", "limit of one wait of --lockstep")
@@ -111,6 +113,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     }
     if (options.publish.joint_scalars && options.publish.uris.empty())
       throw CLI::ValidationError("--joint-scalars", "name the renderer that plots them (--to URI)");
+    if (options.controls && options.publish.uris.empty())
+      throw CLI::ValidationError("--controls", "name the renderer that shows them (--to URI)");
     const Result<uint32_t> bits = image_outputs(outputs);
     if (!bits) throw CLI::ValidationError("--outputs", bits.error().message);
     for (const std::string& camera : cameras) {

@@ -32,6 +32,7 @@ struct Options {
   double duration_s = 0;  // simulated seconds; 0: until interrupted
   double ack_timeout_s = 60;
   bool paused = false, lockstep = false;
+  bool controls = false;  // people may run, pause, drag, and move actuators
 };
 
 // Returns nothing when the program must exit with *exit_code: 0 after --help, 2 after a usage error. The text

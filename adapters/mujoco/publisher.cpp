@@ -252,6 +252,12 @@ Result<void> Publisher::wait_shown(double timeout_s, const std::atomic<bool>& st
   return {};
 }
 
+std::vector<fire3dv_stream*> Publisher::streams() {
+  std::vector<fire3dv_stream*> streams;
+  for (Target& target : targets_) streams.push_back(target.stream.get());
+  return streams;
+}
+
 Result<std::vector<Publisher::Link>> Publisher::poll() {
   std::vector<Link> links;
   for (Target& target : targets_) {

@@ -123,6 +123,9 @@ class Publisher {
   // Processes renderers' messages and returns their status. Call it regularly.
   Result<std::vector<Link>> poll();
 
+  // Borrowed streams of all URIs, for inputs (interaction.h).
+  std::vector<fire3dv_stream*> streams();
+
   const std::vector<std::string>& node_names() const { return nodes_.names(); }
 
  private:

@@ -62,10 +62,11 @@ Result<void> Simulation::reset() {
   return done ? update_poses() : done;
 }
 
-Result<void> Simulation::step() {
+Result<void> Simulation::step(const std::function<void(const mjModel& model, mjData& data)>& before) {
   const Result<void> done = convert::call_mujoco(
-      [this] {
+      [&] {
         drive();
+        if (before) before(*model_, *data_);
         mj_step(model_.get(), data_.get());
       },
       &warnings_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,7 +28,8 @@ class Simulation {
 
   // Advances by one step. Poses stay those of the step's start until update_poses(). The error has MuJoCo's
   // message.
-  Result<void> step();
+  // before: called with the controls of this step set; null: not.
+  Result<void> step(const std::function<void(const mjModel& model, mjData& data)>& before = {});
   Result<void> reset();
   // Computes poses of bodies, cameras, lights and tendons for the current time. reset() includes it.
   Result<void> update_poses();

@@ -57,6 +57,10 @@ class Pace {
   // speed: simulated seconds per second of wall time; 0: unlimited.
   explicit Pace(double speed) : speed_(speed) {}
   void restart() { running_ = false; }
+  void set_speed(double speed) {
+    speed_ = speed;
+    restart();
+  }
 
   // Returns the time to sleep before the next call, at most 250 ms, so that stop requests are seen. Zero:
   // sim_time_s is due.

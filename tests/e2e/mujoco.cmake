@@ -1,6 +1,6 @@
 # Tests of fire3dv-mujoco: commands of its README, control by lines, images, and refusals.
 if(TARGET fire3dv AND TARGET fire3dv-mujoco AND TARGET stream_dump)
-  foreach(cases commands drawn images refused)
+  foreach(cases commands drawn images hands refused)
     add_test(NAME mujoco_${cases}
       COMMAND python3 ${CMAKE_CURRENT_LIST_DIR}/mujoco_test.py $<TARGET_FILE:fire3dv> $<TARGET_FILE:fire3dv-mujoco>
               $<TARGET_FILE:stream_dump> ${cases})

@@ -8,6 +8,7 @@ import struct
 
 from harness import Program, main, shown, vulkan_environment, wait_until
 from image_reader import check, read_png
+from live_session import LiveRenderer
 from readme_commands import commands_of
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
@@ -170,6 +171,65 @@ def images(test):
     renderer.expect_exit(0)
 
 
+class Hands:
+    """A viewer of the live view, without a browser, that uses the controls of a stream."""
+
+    def __init__(self, live):
+        self.client, self.inputs, self.list = live.viewer(64, 48), {}, 0
+
+    def receive(self):
+        kind, payload = self.client.receive()
+        message = json.loads(payload) if kind == 1 else {"type": "image"}
+        if message["type"] == "inputs":
+            self.list = message["list"]
+            self.inputs = {entry["name"]: {"index": index, **entry} for index, entry in enumerate(message["inputs"])}
+        return message
+
+    def until(self, what, condition):
+        def look():
+            message = self.receive()
+            return condition(message)
+        return wait_until(what, look)
+
+    def time_s(self, what, wanted):
+        """Waits for a status whose stream has such a simulation time."""
+        return self.until(what, lambda message: message["type"] == "status" and message["streams"]
+                          and wanted(message["streams"][0]["sim_time_s"]))
+
+    def act(self, name, action, value=0):
+        self.client.send(json.dumps({"type": "input", "list": self.list, "index": self.inputs[name]["index"], "action": action,
+                                     "value": value, "text": ""}))
+
+
+def hands(test):
+    """A page with control steps, runs, pauses and resets the simulation, and moves an actuator; all viewers see it."""
+    uri = test.fresh_uri("shm")
+    live = LiveRenderer(test, "--listen", uri, scene=CRANE)
+    viewer = Hands(live)
+    program = simulator(test, CRANE, "--to", uri, "--controls", "--paused", "--rate", "0")
+    viewer.until("the controls", lambda _: {"run", "drag", "actuators/winch", "actuators/turn"} <= set(viewer.inputs))
+    check(viewer.inputs["run"]["value"] == 0 and viewer.inputs["actuators/winch"]["range"] == [-4, 4], f"{viewer.inputs}")
+    viewer.time_s("no step while it is paused", lambda now: now == 0)
+    viewer.act("run", "step", 3)
+    viewer.time_s("three steps of 2 ms", lambda now: abs(now - 0.006) < 1e-9)
+    viewer.act("actuators/winch", "set", 2.5)
+    viewer.until("the value of the slider", lambda _: viewer.inputs["actuators/winch"]["value"] == 2.5)
+    viewer.act("run", "run")
+    viewer.time_s("it to run", lambda now: now > 0.05)
+    viewer.until("a bar that says so", lambda _: viewer.inputs["run"]["value"] == 1)
+    program.process.stdin.write("pause\n")
+    program.process.stdin.flush()
+    viewer.until("a pause of the program for all viewers", lambda _: viewer.inputs["run"]["value"] == 0)
+    check(viewer.inputs["actuators/winch"]["value"] == 2.5, "the slider has lost its value")
+    viewer.act("run", "reset")
+    viewer.time_s("its beginning", lambda now: now == 0)
+    viewer.until("sliders as in the beginning", lambda _: viewer.inputs["actuators/winch"]["value"] == 0)
+    program.signal(signal.SIGTERM)
+    program.expect_exit(0)
+    viewer.until("no controls without a simulator", lambda _: not viewer.inputs)
+    viewer.client.close()
+
+
 def refused(test):
     for arguments, code, text in (
             ([CRANE], 2, "name where to publish"),
@@ -179,6 +239,7 @@ def refused(test):
             ([CRANE, "--to", "shm://x", "--show", "contacts,force"], 2, '"force" is none of contacts, forces'),
             ([CRANE, "--to", "shm://x", "--show", ""], 2, "is none of contacts"),
             ([CRANE, "--scene", test.path("x.glb"), "--show", "com"], 2, "--to URI"),
+            ([CRANE, "--scene", test.path("x.glb"), "--controls"], 2, "--to URI"),
             ([CRANE, "--to", "shm://a/b"], 1, "shm://a/b"),
             ([CRANE, "--to", "shm://x", "--key", "none such"], 1, "no keyframe"),
             ([test.path("none.xml"), "--to", "shm://x"], 1, "none.xml"),
@@ -207,4 +268,4 @@ def refused(test):
     check(sum("waiting" in line for line in waits.err) == 1, waits.stderr_text())
 
 
-main({"commands": commands, "drawn": drawn, "images": images, "refused": refused}, PROGRAMS)
+main({"commands": commands, "drawn": drawn, "images": images, "hands": hands, "refused": refused}, PROGRAMS)
