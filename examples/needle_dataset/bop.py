@@ -43,7 +43,7 @@ def _json(*path):
 
 def objects(folder):
     """Numbers of objects by the name of a node that has them."""
-    return {each["name"]: each["object"] for each in _json(folder, "dataset.json")["instances"]}
+    return {each["name"]: each["obj_id"] for each in _json(folder, "dataset.json")["instances"]}
 
 
 def vertices(folder, number):

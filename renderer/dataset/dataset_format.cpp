@@ -20,7 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kReadmeName = "README.md";
 constexpr const char* kPageName = "index.html";  // the last file of a set
+// Of a list that another program has changed.
+constexpr const char* kStrangeLines =
+    " has lines that fire3dv dataset does not write: run it again into another folder";
 
 // Number of instances and sizes of the files of a listed image. nullopt: the line is no image's.
 std::optional<std::pair<size_t, std::vector<uint64_t>>> listed_files(const nlohmann::json& line,
@@ -132,7 +136,7 @@ Result<offline::EncodedFrame> DatasetFormat::encode(const sinks::FrameImage& dra
   tagged.width = image.width;
   tagged.height = image.height;
   tagged.frame_index = image.frame_index;
-  tagged.camera = image.camera;
+  tagged.camera = description_.cameras[description_.index_of_camera(image.frame_index)];
   tagged.shown = image.shown;
   tagged.path_traced = image.path_traced;
   tagged.hidden_streams = image.hidden_streams;
@@ -207,18 +211,22 @@ Result<void> DatasetFormat::complete(const fs::path& folder, const offline::Fram
   if (auto prepared = prepare_folders(folder, folders_of(*layout_, description_)); !prepared) return prepared;
   try {
     return write_final_files(folder, lines);
-  } catch (const nlohmann::json::exception&) {  // a list that another program has changed
-    return Error{(folder / offline::kFrameListName).string() +
-                 " has lines that fire3dv dataset does not write: run it again into another folder"};
+  } catch (const nlohmann::json::exception&) {
+    return Error{(folder / offline::kFrameListName).string() + kStrangeLines};
   }
 }
 
 Result<void> DatasetFormat::write_final_files(const fs::path& folder,
                                               const offline::FrameLines& lines) const {
-  if (auto written = layout_->complete(folder, description_, lines); !written) return written;
+  if (auto packed = layout_->pack(folder, description_, lines); !packed) return packed;
+  const auto lists = layout_->list_files(description_, lines);
+  if (!lists) return lists.error();
+  for (const offline::FolderFile& file : *lists) {
+    if (auto written = write_whole_file(folder / file.name, file.bytes); !written) return written;
+  }
   const Statistics statistics = count(description_, *layout_, lines);
   for (const std::string& text : statistics.warnings) log_message(warning(text));
-  if (auto written = write_text(folder / "README.md", make_readme(description_, *layout_, statistics));
+  if (auto written = write_text(folder / kReadmeName, make_readme(description_, *layout_, statistics));
       !written)
     return written;
   auto page = make_page(folder, description_, *layout_, statistics, lines);
@@ -226,6 +234,34 @@ Result<void> DatasetFormat::write_final_files(const fs::path& folder,
   if (auto written = write_text(folder / kPageName, *page); !written) return written;
   layout_->remove_loose(folder, description_, lines);
   return {};
+}
+
+std::vector<offline::FolderFile> DatasetFormat::first_files() const {
+  std::vector<offline::FolderFile> files = static_files_;
+  files.push_back(text_file(kDescriptionName, to_json(description_)));
+  return files;
+}
+
+Result<std::vector<offline::FolderFile>> DatasetFormat::last_files(const offline::FrameLines& lines) const {
+  try {
+    return layout_->list_files(description_, lines);
+  } catch (const nlohmann::json::exception&) {
+    return Error{std::string(offline::kFrameListName) + kStrangeLines};
+  }
+}
+
+std::vector<std::string> DatasetFormat::page_names() const {
+  return {kReadmeName, kPageName};
+}
+
+// The description has the command, which names the inputs as they were called then.
+Result<std::vector<uint8_t>> DatasetFormat::read_run_file(const fs::path& folder,
+                                                          const std::string& name) const {
+  if (name != kDescriptionName) return read_whole_file(folder / name, kMaxFileBytes);
+  auto stored = read_description(folder);
+  if (!stored) return stored.error();
+  stored->command = description_.command;
+  return text_file(name, to_json(*stored)).bytes;
 }
 
 }  // namespace fire3dv::dataset

@@ -44,6 +44,11 @@ class DatasetFormat final : public offline::FrameFormat {
   bool needs_empty_folder() const override { return true; }
   Result<void> begin(const std::filesystem::path& folder) override;
   Result<void> complete(const std::filesystem::path& folder, const offline::FrameLines& lines) override;
+  std::vector<offline::FolderFile> first_files() const override;
+  Result<std::vector<offline::FolderFile>> last_files(const offline::FrameLines& lines) const override;
+  std::vector<std::string> page_names() const override;
+  Result<std::vector<uint8_t>> read_run_file(const std::filesystem::path& folder,
+                                             const std::string& name) const override;
 
  private:
   Result<void> write_final_files(const std::filesystem::path& folder, const offline::FrameLines& lines) const;

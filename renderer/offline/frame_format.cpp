@@ -23,6 +23,11 @@ Result<std::vector<uint8_t>> FrameFormat::read_file(const fs::path& folder, uint
   return read_whole_file(folder / name, kMaxFrameBytes);
 }
 
+Result<std::vector<uint8_t>> FrameFormat::read_run_file(const fs::path& folder,
+                                                        const std::string& name) const {
+  return read_whole_file(folder / name, kMaxFrameBytes);
+}
+
 Result<EncodedFrame> PngFrames::encode(const sinks::FrameImage& image) {
   EncodedFrame frame;
   const std::string name = frame_file_name(image.frame_index);

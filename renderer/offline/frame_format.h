@@ -55,6 +55,18 @@ class FrameFormat {
   virtual Result<void> begin(const std::filesystem::path&) { return {}; }
   // Writes files that depend on all frames. After the last frame of all shards; also when nothing was drawn.
   virtual Result<void> complete(const std::filesystem::path&, const FrameLines&) { return {}; }
+
+  // For a check of a finished run. Files that begin() writes, before it has written them.
+  virtual std::vector<FolderFile> first_files() const { return {}; }
+  // Files that complete() makes of the lines, which may come from outside.
+  virtual Result<std::vector<FolderFile>> last_files(const FrameLines&) const {
+    return std::vector<FolderFile>();
+  }
+  // Names of further files that complete() writes: pages for readers.
+  virtual std::vector<std::string> page_names() const { return {}; }
+  // Reads one of the first or last files, without what may differ between equal runs. Untrusted bytes.
+  virtual Result<std::vector<uint8_t>> read_run_file(const std::filesystem::path& folder,
+                                                     const std::string& name) const;
 };
 
 // DIR/frame_000000.png and so on: colours alone.

@@ -61,9 +61,11 @@ struct Report {
 int report(const Outcome& outcome, const Report& report, int drawn_code) {
   std::string text;
   int exit_code = kIdentical;
-  if (!outcome.differences.empty()) {
-    for (size_t i = 0; i < std::min(outcome.differences.size(), kMaxListed); ++i)
-      text += "differs: " + outcome.differences[i] + "\n";
+  if (!outcome.differences.empty() || !outcome.file_differences.empty()) {
+    for (const auto* const differences : {&outcome.differences, &outcome.file_differences}) {
+      for (size_t i = 0; i < std::min(differences->size(), kMaxListed); ++i)
+        text += "differs: " + (*differences)[i] + "\n";
+    }
     if (report.wanted > 1)
       text += counted(outcome.identical, "image") + " of " + std::to_string(report.wanted) + " identical\n";
     exit_code = kDifferent;
@@ -74,6 +76,7 @@ int report(const Outcome& outcome, const Report& report, int drawn_code) {
   } else {
     text = "identical: " + report.title + "\n";
   }
+  for (const std::string& note : outcome.notes) text += "  " + note + "\n";
   text += machine_notes(report.stored, report.drawn);
   std::fputs(text.c_str(), stdout);
   std::fflush(stdout);
@@ -186,7 +189,8 @@ int verify_stored(const VerifyOptions& options, const sinks::FrameImage& stored,
   if (const auto reason = reason_against_check(stored, *provenance))
     return report_unchecked(name + ": " + *reason);
   const bool is_live = provenance->command == "fire3dv";
-  if (array && !is_live) return report_unchecked(name + ": its provenance is of no live run");
+  if (array && !is_live && provenance->command != "render")
+    return report_unchecked(name + ": name the folder of its data set");
   const auto inputs =
       find_inputs(options, options.target.parent_path(), *provenance, is_live && !stored.shown.empty());
   if (!inputs) return report_unchecked(name + ": " + inputs.error().message);

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "renderer/sinks/gray_png.h"
 #include "renderer/sinks/png.h"
+#include "renderer/verify/json_difference.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -139,10 +140,32 @@ std::string line_at(Bytes text, size_t at) {
   return printable_text(std::string(position, end), kMaxShownBytes);
 }
 
+// Parts between commas and spaces of the line around a position.
+std::vector<std::string> parts_of_line(Bytes text, size_t at) {
+  const auto position = text.begin() + static_cast<std::ptrdiff_t>(std::min(at, text.size()));
+  const auto end = std::find(position, text.end(), '\n');
+  auto begin = position;
+  while (begin != text.begin() && *(begin - 1) != '\n') --begin;
+  std::vector<std::string> parts(1);
+  for (auto each = begin; each != end; ++each) {
+    if (*each == ',' || *each == ' ')
+      parts.emplace_back();
+    else
+      parts.back() += static_cast<char>(*each);
+  }
+  return parts;
+}
+
+// Of rows of equally many numbers the first that differs, else the rest of the lines.
 std::string text_difference(Bytes stored, Bytes drawn, size_t at) {
   const auto lines = std::count(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-  return "line " + std::to_string(lines + 1) +
-         both('"' + line_at(stored, at) + '"', '"' + line_at(drawn, at) + '"');
+  const std::string line = "line " + std::to_string(lines + 1);
+  const std::vector<std::string> before = parts_of_line(stored, at), now = parts_of_line(drawn, at);
+  const auto [was, is] = std::mismatch(before.begin(), before.end(), now.begin(), now.end());
+  if (now.size() > 1 && before.size() == now.size() && is != now.end())
+    return line + ", value " + std::to_string(is - now.begin() + 1) +
+           both(printable_text(*was, kMaxShownBytes), printable_text(*is, kMaxShownBytes));
+  return line + both('"' + line_at(stored, at) + '"', '"' + line_at(drawn, at) + '"');
 }
 
 }  // namespace
@@ -167,67 +190,23 @@ std::optional<std::string> file_difference(std::string_view name, Bytes stored, 
   if (name.ends_with(".npy")) return npy_difference(stored, drawn);
   const auto [a, b] = std::mismatch(stored.begin(), stored.end(), drawn.begin(), drawn.end());
   const auto at = static_cast<size_t>(b - drawn.begin());
-  if (name.ends_with(".json") || name.ends_with(".txt")) return text_difference(stored, drawn, at);
+  if (name.ends_with(".json")) {
+    const auto before = parse_json(stored), json_now = parse_json(drawn);
+    if (const auto difference = before && json_now ? json_difference(*before, *json_now) : std::nullopt)
+      return difference;
+    return text_difference(stored, drawn, at);
+  }
+  if (name.ends_with(".txt") || name.ends_with(".yaml")) return text_difference(stored, drawn, at);
   return "byte " + std::to_string(at) + " of " + std::to_string(stored.size()) + " differs";
 }
 
-namespace {
-
-using Json = nlohmann::json;
-
-// Descends from two parts that differ, within lists and objects of the same members, to the first members
-// that differ. Adds their names to `name`.
-std::pair<const Json*, const Json*> first_difference(const Json* before, const Json* now, std::string& name) {
-  constexpr int kMaxDepth = 8;
-  for (int depth = 0; depth < kMaxDepth; ++depth) {
-    if (before->type() != now->type() || before->size() != now->size()) break;
-    if (now->is_array() && !now->empty()) {
-      size_t i = 0;
-      while (i + 1 < now->size() && (*before)[i] == (*now)[i]) ++i;
-      name += "[" + std::to_string(i) + "]";
-      before = &(*before)[i];
-      now = &(*now)[i];
-      continue;
-    }
-    if (!now->is_object()) break;
-    const Json* found = nullptr;
-    for (const auto& [key, value] : now->items()) {
-      const auto other = before->find(key);
-      if (other == before->end()) return {before, now};
-      if (*other == value) continue;
-      name += "." + printable_text(key, kMaxShownBytes);
-      found = &*other;
-      now = &value;
-      break;
-    }
-    if (!found) break;
-    before = found;
-  }
-  return {before, now};
-}
-
-}  // namespace
-
 std::optional<std::string> line_difference(const std::string& stored, const std::string& drawn) {
-  const auto before = nlohmann::json::parse(stored, nullptr, false);
-  const auto now = nlohmann::json::parse(drawn, nullptr, false);
+  auto before = nlohmann::json::parse(stored, nullptr, false);
+  auto now = nlohmann::json::parse(drawn, nullptr, false);
   if (!before.is_object() || !now.is_object()) return "the line is no JSON object";
-  for (const nlohmann::json* const side : {&now, &before}) {
-    for (const auto& [name, value] : side->items()) {
-      const auto in_file = before.find(name), here = now.find(name);
-      const bool is_same = in_file != before.end() && here != now.end() && *in_file == *here;
-      if (is_same || name == "bytes") continue;
-      std::string path = printable_text(name, kMaxShownBytes);
-      const auto text = [](const Json* part) {
-        return part ? printable_text(part->dump(), kMaxShownBytes) : std::string("absent");
-      };
-      std::pair<const Json*, const Json*> parts{in_file == before.end() ? nullptr : &*in_file,
-                                                here == now.end() ? nullptr : &*here};
-      if (parts.first && parts.second) parts = first_difference(parts.first, parts.second, path);
-      return "field \"" + path + "\"" + both(text(parts.first), text(parts.second));
-    }
-  }
-  return std::nullopt;
+  before.erase("bytes");
+  now.erase("bytes");
+  return json_difference(before, now);
 }
 
 }  // namespace fire3dv::verify

@@ -16,7 +16,8 @@ namespace fire3dv::verify {
 std::optional<std::string> pixel_difference(const sinks::FrameImage& stored, const sinks::FrameImage& drawn);
 
 // stored: untrusted bytes. name: of the file; its ending decides what is compared: pixels of PNG (text chunks
-// may differ), elements of NumPy files, lines of text, else bytes. nullopt: they are equal.
+// may differ), elements of NumPy files, fields of JSON, values in lines of text, else bytes. nullopt: they
+// are equal.
 std::optional<std::string> file_difference(std::string_view name, std::span<const uint8_t> stored,
                                            std::span<const uint8_t> drawn);
 

@@ -14,9 +14,11 @@ namespace fire3dv::verify {
 
 // Outcome of a check. Neither is set: it did not end.
 struct Outcome {
-  uint64_t identical = 0;                // checked images without a difference
-  std::vector<std::string> differences;  // the first of each image, in order
-  std::optional<std::string> unchecked;  // reason why nothing can be compared
+  uint64_t identical = 0;                     // checked images without a difference
+  std::vector<std::string> differences;       // the first of each image, in order
+  std::vector<std::string> file_differences;  // the first of each file of the whole set
+  std::vector<std::string> notes;             // on files that are compared beside the images, and others
+  std::optional<std::string> unchecked;       // reason why nothing can be compared
 };
 
 // Difference of inputs and options, which is named before anything is drawn; nullopt: there is none. is_live:

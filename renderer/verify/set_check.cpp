@@ -1,6 +1,7 @@
 #include "renderer/verify/set_check.h"
 
 #include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -34,6 +35,15 @@ std::optional<std::string> schedule_difference(offline::Manifest there, offline:
   there.settings.clear();
   here.settings.clear();
   return offline::difference(there, here, false);
+}
+
+// The first names of a list.
+std::string shortened_list(const std::vector<std::string>& names) {
+  constexpr size_t kMaxListed = 8;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kMaxListed); ++i) text += (i ? ", " : "") + names[i];
+  return text + (names.size() > kMaxListed ? " and " + std::to_string(names.size() - kMaxListed) + " more"
+                                           : std::string());
 }
 
 }  // namespace
@@ -97,10 +107,14 @@ void SetCheck::work() {
 }
 
 // The files, then the line.
-std::optional<std::string> SetCheck::check(const sinks::FrameImage& image) const {
+std::optional<std::string> SetCheck::check(const sinks::FrameImage& image) {
   const auto number = "image " + std::to_string(image.frame_index);
   auto drawn = format_->encode(image);
   if (!drawn) return number + ": " + drawn.error().message;
+  {
+    const std::lock_guard lock(mutex_);
+    drawn_lines_.emplace(image.frame_index, drawn->line);
+  }
   const auto line = lines_.find(image.frame_index);
   if (line == lines_.end())
     return (folder_ / offline::kFrameListName).string() + ": " + number + " is not in the list";
@@ -125,8 +139,64 @@ void SetCheck::end_threads() {
   workers_.clear();
 }
 
+// Lines of this run. The sizes of files, and the lines of images that are not drawn again, are those of the
+// folder. Error: the lists cannot be made.
+Result<SetCheck::Files> SetCheck::make_lists() const {
+  offline::FrameLines lines;
+  for (const auto& [image, stored] : lines_) {
+    const auto drawn = drawn_lines_.find(image);
+    const auto before = nlohmann::json::parse(stored, nullptr, false);
+    if (!format_->is_complete(folder_, image, before, true))
+      return Error{"the line of image " + std::to_string(image) + " is damaged"};
+    if (drawn == drawn_lines_.end()) {
+      lines.emplace(image, stored);
+      continue;
+    }
+    auto line = nlohmann::ordered_json::parse(drawn->second);
+    if (const auto bytes = before.find("bytes"); bytes != before.end()) line["bytes"] = *bytes;
+    lines.emplace(image, line.dump());
+  }
+  if (const uint64_t missing = manifest_.images() - lines.size(); missing != 0)
+    return Error{counted(missing, "image") + (missing == 1 ? " is" : " are") + " missing"};
+  return format_->last_files(lines);
+}
+
+void SetCheck::compare(const Files& made) {
+  std::vector<std::string> same;
+  for (const offline::FolderFile& file : made) {
+    const auto stored = format_->read_run_file(folder_, file.name);
+    if (!stored)
+      file_differences_.push_back(stored.error().message);
+    else if (const auto difference = file_difference(file.name, *stored, file.bytes))
+      file_differences_.push_back((folder_ / file.name).string() + ": " + *difference);
+    else
+      same.push_back(file.name);
+  }
+  if (!same.empty()) notes_.push_back("identical, too: " + shortened_list(same));
+}
+
+// After the images.
+void SetCheck::check_run_files() {
+  Files files = format_->first_files();
+  if (files.empty()) return;
+  if (manifest_.shards > 1) {
+    notes_.push_back("not compared: files of the whole set, which fire3dv join writes");
+  } else if (auto lists = make_lists()) {
+    std::move(lists->begin(), lists->end(), std::back_inserter(files));
+  } else {
+    notes_.push_back("not compared: files of the whole set, since " + lists.error().message);
+  }
+  compare(files);
+  if (drawn_lines_.size() < lines_.size() && manifest_.shards == 1)
+    notes_.push_back("labels of images that are not drawn again are those of " +
+                     std::string(offline::kFrameListName));
+  if (const auto pages = format_->page_names(); manifest_.shards == 1 && !pages.empty())
+    notes_.push_back("not compared: " + shortened_list(pages));
+}
+
 Result<void> SetCheck::finish() {
   end_threads();
+  check_run_files();
   return {};
 }
 
@@ -137,6 +207,8 @@ Outcome SetCheck::outcome() {
   outcome.unchecked = unchecked_;
   if (run_difference_) outcome.differences.push_back(folder_.string() + ": " + *run_difference_);
   for (const auto& [image, text] : differences_) outcome.differences.push_back(text);
+  outcome.file_differences = file_differences_;
+  outcome.notes = notes_;
   return outcome;
 }
 

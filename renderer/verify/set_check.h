@@ -1,5 +1,5 @@
-// Check of the images of a data set, or of a folder of frames, against a run that is drawn now: their files
-// and their lines of frames.jsonl.
+// Check of a data set, or of a folder of frames, against a run that is drawn now: the files of each image,
+// its line of frames.jsonl, and the files of the whole set, such as lists of labels, which are made again.
 #pragma once
 
 #include <condition_variable>
@@ -39,9 +39,13 @@ class SetCheck final : public offline::ImageConsumer {
   const std::shared_ptr<const std::string>& drawn_provenance() const { return drawn_provenance_; }
 
  private:
+  using Files = std::vector<offline::FolderFile>;
   void work();
   void end_threads();
-  std::optional<std::string> check(const sinks::FrameImage& image) const;
+  std::optional<std::string> check(const sinks::FrameImage& image);
+  void check_run_files();
+  Result<Files> make_lists() const;
+  void compare(const Files& made);
 
   const std::filesystem::path folder_;
   const offline::Manifest manifest_;
@@ -59,6 +63,8 @@ class SetCheck final : public offline::ImageConsumer {
   bool closing_ = false;
   uint64_t identical_ = 0;
   std::map<uint64_t, std::string> differences_;  // by image
+  offline::FrameLines drawn_lines_;
+  std::vector<std::string> file_differences_, notes_;
   std::vector<std::thread> workers_;
 };
 

@@ -76,6 +76,11 @@ bool parse(const ordered_json& json, Episode& out) {
   return texts_at(json, "state", out.state_names) && texts_at(json, "environment", out.environment_names);
 }
 
+// old_name: of earlier versions.
+bool id_at(const ordered_json& from, const char* old_name, uint32_t& id) {
+  return number_at(from, "obj_id", id) || number_at(from, old_name, id);
+}
+
 bool parse(const ordered_json& json, Description& out) {
   if (!json.is_object() || text_at(json, "type") != "fire3dv dataset") return false;
   out.format = text_at(json, "format");
@@ -104,7 +109,7 @@ bool parse(const ordered_json& json, Description& out) {
     Object object;
     object.name = text_at(each, "name");
     object.deforms = flag_at(each, "deforms");
-    if (!number_at(each, "id", object.id) || !number_at(each, "diameter_mm", object.diameter_mm) ||
+    if (!id_at(each, "id", object.id) || !number_at(each, "diameter_mm", object.diameter_mm) ||
         !numbers_at(each, "min_mm", object.min_mm) || !numbers_at(each, "size_mm", object.size_mm) ||
         object.id != out.objects.size() + 1)
       return false;
@@ -114,7 +119,7 @@ bool parse(const ordered_json& json, Description& out) {
     Instance instance;
     instance.name = text_at(each, "name");
     instance.path = text_at(each, "path");
-    if (!number_at(each, "instance", instance.number) || !number_at(each, "object", instance.object) ||
+    if (!number_at(each, "instance", instance.number) || !id_at(each, "object", instance.object) ||
         !number_at(each, "class", instance.semantic) || !numbers_at(each, "scale", instance.scale) ||
         instance.object == 0 || instance.object > out.objects.size() ||
         instance.number <= (out.instances.empty() ? 0 : out.instances.back().number))
@@ -182,7 +187,7 @@ std::string to_json(const Description& description) {
     json[name] = ordered_json::array();
   for (const std::string& camera : description.cameras) json["cameras"].push_back(text(camera));
   for (const Object& object : description.objects)
-    json["objects"].push_back({{"id", object.id},
+    json["objects"].push_back({{"obj_id", object.id},
                                {"name", text(object.name)},
                                {"diameter_mm", object.diameter_mm},
                                {"min_mm", object.min_mm},
@@ -190,7 +195,7 @@ std::string to_json(const Description& description) {
                                {"deforms", object.deforms}});
   for (const Instance& instance : description.instances)
     json["instances"].push_back({{"instance", instance.number},
-                                 {"object", description.objects[instance.object].id},
+                                 {"obj_id", description.objects[instance.object].id},
                                  {"class", instance.semantic},
                                  {"name", text(instance.name)},
                                  {"path", text(instance.path)},

@@ -25,7 +25,7 @@ class Entries {
   std::string text_;
 };
 
-Result<void> write_models_info(const std::filesystem::path& folder, const Description& description) {
+offline::FolderFile models_info(const Description& description) {
   Entries infos;
   for (const Object& object : description.objects) {
     ordered_json info;
@@ -35,12 +35,11 @@ Result<void> write_models_info(const std::filesystem::path& folder, const Descri
     for (size_t i = 0; i < 3; ++i) info[std::string("size_") + kAxes[i]] = object.size_mm[i];
     infos.add(object.id, info.dump());
   }
-  return write_text(folder / "models/models_info.json", infos.text());
+  return text_file("models/models_info.json", infos.text());
 }
 
 // Parameters of the first camera; those of each image are in scene_camera.json.
-Result<void> write_camera(const std::filesystem::path& folder, const Description& description,
-                          const ordered_json& first) {
+offline::FolderFile first_camera(const Description& description, const ordered_json& first) {
   const ordered_json& k = first.at("cam_K");
   ordered_json camera;
   camera["cx"] = k.at(2);
@@ -50,7 +49,7 @@ Result<void> write_camera(const std::filesystem::path& folder, const Description
   camera["fy"] = k.at(4);
   camera["height"] = description.height;
   camera["width"] = description.width;
-  return write_text(folder / "camera.json", camera.dump(2) + "\n");
+  return text_file("camera.json", camera.dump(2) + "\n");
 }
 
 class BopLayout final : public Layout {
@@ -66,8 +65,8 @@ class BopLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 };
 
@@ -120,16 +119,14 @@ Result<std::vector<std::vector<uint8_t>>> BopLayout::encode(const Description&,
   return files;
 }
 
-Result<void> BopLayout::complete(const std::filesystem::path& folder, const Description& description,
-                                 const offline::FrameLines& lines) const {
-  if (auto written = write_models_info(folder, description); !written) return written;
+Result<std::vector<offline::FolderFile>> BopLayout::list_files(const Description& description,
+                                                               const offline::FrameLines& lines) const {
+  std::vector<offline::FolderFile> files{models_info(description)};
   const size_t cameras = description.cameras.size();
   std::vector<Entries> of_camera(cameras), of_poses(cameras), of_infos(cameras);
   for (const auto& [image, text] : lines) {
     const ordered_json line = ordered_json::parse(text);
-    if (image == 0) {
-      if (auto written = write_camera(folder, description, line); !written) return written;
-    }
+    if (image == 0) files.push_back(first_camera(description, line));
     const uint32_t scene = description.index_of_camera(image);
     const uint64_t number = description.frame_of(image);
     ordered_json camera, poses = ordered_json::array(), infos = ordered_json::array();
@@ -151,14 +148,12 @@ Result<void> BopLayout::complete(const std::filesystem::path& folder, const Desc
     of_infos[scene].add(number, infos.dump());
   }
   for (uint32_t scene = 0; scene < cameras; ++scene) {
-    const std::filesystem::path at = folder / scene_folder(scene);
-    for (const auto& [name, entries] :
-         {std::pair("scene_camera.json", &of_camera[scene]), std::pair("scene_gt.json", &of_poses[scene]),
-          std::pair("scene_gt_info.json", &of_infos[scene])}) {
-      if (auto written = write_text(at / name, entries->text()); !written) return written;
-    }
+    const std::string at = scene_folder(scene);
+    files.push_back(text_file(at + "/scene_camera.json", of_camera[scene].text()));
+    files.push_back(text_file(at + "/scene_gt.json", of_poses[scene].text()));
+    files.push_back(text_file(at + "/scene_gt_info.json", of_infos[scene].text()));
   }
-  return {};
+  return files;
 }
 
 std::string BopLayout::conventions(const Description& description) const {

@@ -75,8 +75,8 @@ class CocoLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 
  private:
@@ -104,8 +104,8 @@ Result<std::vector<std::vector<uint8_t>>> CocoLayout::encode(const Description&,
   return files;
 }
 
-Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Description& description,
-                                  const offline::FrameLines& lines) const {
+Result<std::vector<offline::FolderFile>> CocoLayout::list_files(const Description& description,
+                                                                const offline::FrameLines& lines) const {
   const Categories& categories = categories_.value();
   std::vector<std::string> images, annotations;
   for (const auto& [number, text] : lines) {
@@ -145,10 +145,12 @@ Result<void> CocoLayout::complete(const std::filesystem::path& folder, const Des
   const ordered_json info = {{"description", "written by fire3dv dataset"}, {"version", "1.0"}};
   const ordered_json license = {
       {"id", 1}, {"name", description.license.empty() ? "not stated" : description.license}, {"url", ""}};
-  return write_text(folder / "annotations.json",
-                    "{\"info\":" + info.dump() + ",\n\"licenses\":[" + license.dump() +
-                        "],\n\"categories\":" + categories_json(categories).dump() + ",\n\"images\":" +
-                        json_list(images) + ",\n\"annotations\":" + json_list(annotations) + "}\n");
+  std::vector<offline::FolderFile> files;
+  files.push_back(text_file(
+      "annotations.json", "{\"info\":" + info.dump() + ",\n\"licenses\":[" + license.dump() +
+                              "],\n\"categories\":" + categories_json(categories).dump() + ",\n\"images\":" +
+                              json_list(images) + ",\n\"annotations\":" + json_list(annotations) + "}\n"));
+  return files;
 }
 
 std::string CocoLayout::conventions(const Description&) const {

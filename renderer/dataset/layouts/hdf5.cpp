@@ -39,8 +39,8 @@ class Hdf5Layout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 };
 
@@ -189,8 +189,8 @@ Result<std::vector<uint8_t>> Hdf5Layout::read_color(const std::filesystem::path&
 }
 
 // data.hdf5: the images of each camera as one array.
-Result<void> Hdf5Layout::complete(const std::filesystem::path& folder, const Description& description,
-                                  const offline::FrameLines& lines) const {
+Result<std::vector<offline::FolderFile>> Hdf5Layout::list_files(const Description& description,
+                                                                const offline::FrameLines& lines) const {
   auto file = Hdf5File::create();
   if (!file) return file.error();
   const uint64_t height = description.height, width = description.width;
@@ -215,7 +215,9 @@ Result<void> Hdf5Layout::complete(const std::filesystem::path& folder, const Des
   }
   auto bytes = file->finish();
   if (!bytes) return bytes.error();
-  return write_whole_file(folder / "data.hdf5", *bytes);
+  std::vector<offline::FolderFile> lists;
+  lists.push_back({"data.hdf5", std::move(*bytes)});
+  return lists;
 }
 
 std::string Hdf5Layout::conventions(const Description&) const {

@@ -1,6 +1,7 @@
 #include "renderer/dataset/layouts/layout.h"
 
 #include <cstdio>
+#include <utility>
 
 #include "base/files.h"
 #include "renderer/dataset/layouts/layouts.h"
@@ -41,6 +42,10 @@ std::string camera_folder(const Description& description, uint32_t camera) {
   char number[16];
   std::snprintf(number, sizeof number, "%02u_", camera);
   return number + sinks::safe_file_name(description.cameras[camera]);
+}
+
+offline::FolderFile text_file(std::string name, const std::string& text) {
+  return {std::move(name), {text.begin(), text.end()}};
 }
 
 Result<void> write_text(const std::filesystem::path& path, const std::string& text) {

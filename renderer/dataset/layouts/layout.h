@@ -59,11 +59,17 @@ class Layout {
                                                            const sinks::FrameImage& image,
                                                            const ImageLabels& labels,
                                                            std::vector<uint8_t> color) const = 0;
-  // Writes the files that list all images.
-  virtual Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                                const offline::FrameLines& lines) const = 0;
-  // True if the files of the whole set hold all images, whose own files may be gone: complete() and
-  // remove_loose() have ended, or only complete() has.
+  // Files of the whole set that follow from the lines of all images, such as lists of labels. Throws
+  // nlohmann::json::exception for lines that encode() does not write.
+  virtual Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                              const offline::FrameLines& lines) const = 0;
+  // Writes the images' own files into files of the whole set, before those of list_files().
+  virtual Result<void> pack(const std::filesystem::path&, const Description&,
+                            const offline::FrameLines&) const {
+    return {};
+  }
+  // True if the files of the whole set hold all images, whose own files may be gone: pack() and
+  // remove_loose() have ended, or only pack() has.
   virtual bool is_packed(const std::filesystem::path&) const { return false; }
   // Removes the images' own files, if the files of the whole set hold them.
   virtual void remove_loose(const std::filesystem::path&, const Description&,
@@ -77,6 +83,7 @@ constexpr const char* kLerobot = "lerobot";
 // Null: there is no such format.
 std::unique_ptr<Layout> make_layout(const std::string& format);
 
+offline::FolderFile text_file(std::string name, const std::string& text);
 // Writes a text file atomically.
 Result<void> write_text(const std::filesystem::path& path, const std::string& text);
 // Folder of a camera: its index and name.

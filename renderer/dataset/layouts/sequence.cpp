@@ -152,8 +152,9 @@ bool has_c3vd_flow(const Description& description, uint64_t image) {
 }
 
 // cam.txt of each camera, from its first image.
-Result<void> write_camera_matrices(const std::filesystem::path& folder, const Description& description,
-                                   const offline::FrameLines& lines) {
+std::vector<offline::FolderFile> camera_matrices(const Description& description,
+                                                 const offline::FrameLines& lines) {
+  std::vector<offline::FolderFile> files;
   for (uint32_t camera = 0; camera < description.cameras.size(); ++camera) {
     const auto first = lines.find(camera);
     if (first == lines.end()) continue;
@@ -161,10 +162,9 @@ Result<void> write_camera_matrices(const std::filesystem::path& folder, const De
     std::string text;
     for (size_t row = 0; row < 3; ++row)
       text += dump_numbers({k.at(3 * row), k.at(3 * row + 1), k.at(3 * row + 2)}, " ");
-    if (auto written = write_text(folder / camera_folder(description, camera) / "cam.txt", text); !written)
-      return written;
+    files.push_back(text_file(camera_folder(description, camera) + "/cam.txt", text));
   }
-  return {};
+  return files;
 }
 
 class C3vdLayout final : public Layout {
@@ -181,8 +181,8 @@ class C3vdLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 };
 
@@ -198,8 +198,8 @@ class FolderLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 };
 
@@ -243,16 +243,15 @@ Result<std::vector<std::vector<uint8_t>>> C3vdLayout::encode(const Description& 
   return files;
 }
 
-Result<void> C3vdLayout::complete(const std::filesystem::path& folder, const Description& description,
-                                  const offline::FrameLines& lines) const {
+Result<std::vector<offline::FolderFile>> C3vdLayout::list_files(const Description& description,
+                                                                const offline::FrameLines& lines) const {
   std::vector<std::string> poses(description.cameras.size());
   for (const auto& [image, text] : lines)
     poses[description.index_of_camera(image)] += c3vd_pose(ordered_json::parse(text));
-  for (uint32_t camera = 0; camera < poses.size(); ++camera) {
-    const std::filesystem::path at = folder / camera_folder(description, camera) / "pose.txt";
-    if (auto written = write_text(at, poses[camera]); !written) return written;
-  }
-  return write_camera_matrices(folder, description, lines);
+  std::vector<offline::FolderFile> files = camera_matrices(description, lines);
+  for (uint32_t camera = 0; camera < poses.size(); ++camera)
+    files.push_back(text_file(camera_folder(description, camera) + "/pose.txt", poses[camera]));
+  return files;
 }
 
 std::string C3vdLayout::conventions(const Description& description) const {
@@ -328,9 +327,9 @@ Result<std::vector<std::vector<uint8_t>>> FolderLayout::encode(const Description
   return files;
 }
 
-Result<void> FolderLayout::complete(const std::filesystem::path& folder, const Description& description,
-                                    const offline::FrameLines& lines) const {
-  return write_camera_matrices(folder, description, lines);
+Result<std::vector<offline::FolderFile>> FolderLayout::list_files(const Description& description,
+                                                                  const offline::FrameLines& lines) const {
+  return camera_matrices(description, lines);
 }
 
 std::string FolderLayout::conventions(const Description& description) const {

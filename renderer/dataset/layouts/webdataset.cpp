@@ -23,7 +23,27 @@ std::string shard_name(uint64_t shard) {
   return "shard-" + six_digits(shard) + ".tar";
 }
 
-// Until all images are there, files of an image lie in images/. complete() packs them into archives, and
+struct Archive {
+  std::vector<uint64_t> images;
+  uint64_t bytes = 0;  // of their files, without the end
+};
+
+// From the sizes of files in the lines.
+std::vector<Archive> plan_archives(const Description& description, const offline::FrameLines& lines) {
+  std::vector<Archive> archives;
+  for (const auto& [image, text] : lines) {
+    uint64_t image_bytes = 0;
+    const auto line = nlohmann::json::parse(text);
+    for (const auto& size : line.at("bytes")) image_bytes += tar_bytes(size.get<uint64_t>());
+    if (archives.empty() || archive_bytes(archives.back().bytes + image_bytes) > description.tar_bytes)
+      archives.emplace_back();
+    archives.back().images.push_back(image);
+    archives.back().bytes += image_bytes;
+  }
+  return archives;
+}
+
+// Until all images are there, files of an image lie in images/. pack() writes them into archives, and
 // remove_loose() removes them.
 class WebDatasetLayout final : public Layout {
  public:
@@ -43,8 +63,10 @@ class WebDatasetLayout final : public Layout {
                                                    std::vector<uint8_t> color) const override;
   Result<std::vector<uint8_t>> read_file(const fs::path& folder, uint64_t image,
                                          const std::string& name) const override;
-  Result<void> complete(const fs::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
+  Result<void> pack(const fs::path& folder, const Description& description,
+                    const offline::FrameLines& lines) const override;
   bool is_packed(const fs::path& folder) const override;
   void remove_loose(const fs::path& folder, const Description& description,
                     const offline::FrameLines& lines) const override;
@@ -87,45 +109,38 @@ Result<std::vector<std::vector<uint8_t>>> WebDatasetLayout::encode(const Descrip
   return files;
 }
 
-Result<void> WebDatasetLayout::complete(const fs::path& folder, const Description& description,
-                                        const offline::FrameLines& lines) const {
+Result<std::vector<offline::FolderFile>> WebDatasetLayout::list_files(
+    const Description& description, const offline::FrameLines& lines) const {
   ordered_json list = ordered_json::array();
-  std::optional<TarFile> tar;
-  uint64_t images = 0, bytes = 0;
-  const auto end_shard = [&]() -> Result<void> {
-    if (!tar) return {};
+  for (const Archive& archive : plan_archives(description, lines))
+    list.push_back({{"name", shard_name(list.size())},
+                    {"images", archive.images.size()},
+                    {"bytes", archive_bytes(archive.bytes)}});
+  std::vector<offline::FolderFile> files;
+  files.push_back(text_file(kListName, list.dump(1) + "\n"));
+  return files;
+}
+
+Result<void> WebDatasetLayout::pack(const fs::path& folder, const Description& description,
+                                    const offline::FrameLines& lines) const {
+  uint64_t number = 0;
+  for (const Archive& archive : plan_archives(description, lines)) {
+    auto tar = TarFile::create(folder / shard_name(number++));
+    if (!tar) return tar.error();
+    for (const uint64_t image : archive.images) {
+      for (const std::string& name : file_names(description, image, 0)) {
+        auto file = read_whole_file(folder / name, kMaxFileBytes);
+        if (!file) return file.error();
+        if (auto added = tar->add(fs::path(name).filename().string(), *file); !added) return added;
+      }
+    }
     auto size = tar->finish();
     if (!size) return size.error();
-    list.push_back({{"name", shard_name(list.size())}, {"images", images}, {"bytes", *size}});
-    tar.reset();
-    images = bytes = 0;
-    return {};
-  };
-  for (const auto& [image, line] : lines) {
-    std::vector<std::pair<std::string, std::vector<uint8_t>>> files;
-    uint64_t image_bytes = 0;
-    for (const std::string& name : file_names(description, image, 0)) {
-      auto file = read_whole_file(folder / name, kMaxFileBytes);
-      if (!file) return file.error();
-      image_bytes += tar_bytes(file->size());
-      files.emplace_back(fs::path(name).filename().string(), std::move(*file));
-    }
-    if (archive_bytes(bytes + image_bytes) > description.tar_bytes) {
-      if (auto ended = end_shard(); !ended) return ended;
-    }
-    if (!tar) {
-      auto created = TarFile::create(folder / shard_name(list.size()));
-      if (!created) return created.error();
-      tar.emplace(std::move(*created));
-    }
-    for (const auto& [name, contents] : files) {
-      if (auto added = tar->add(name, contents); !added) return added;
-    }
-    ++images;
-    bytes += image_bytes;
+    if (*size != archive_bytes(archive.bytes))
+      return Error{(folder / kLooseFolder).string() +
+                   " has files of another size than frames.jsonl says: run the command again"};
   }
-  if (auto ended = end_shard(); !ended) return ended;
-  return write_text(folder / kListName, list.dump(1) + "\n");
+  return {};
 }
 
 // From the archive that the list names for the image, once the image's own files are gone.

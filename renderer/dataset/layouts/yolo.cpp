@@ -21,8 +21,8 @@ class YoloLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const std::filesystem::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description& description,
+                                                      const offline::FrameLines& lines) const override;
   std::string conventions(const Description& description) const override;
 
  private:
@@ -69,8 +69,8 @@ Result<std::vector<std::vector<uint8_t>>> YoloLayout::encode(const Description& 
   return files;
 }
 
-Result<void> YoloLayout::complete(const std::filesystem::path& folder, const Description&,
-                                  const offline::FrameLines&) const {
+Result<std::vector<offline::FolderFile>> YoloLayout::list_files(const Description&,
+                                                                const offline::FrameLines&) const {
   const Categories& categories = categories_.value();
   // Strings of JSON are strings of YAML.
   std::string text =
@@ -79,7 +79,9 @@ Result<void> YoloLayout::complete(const std::filesystem::path& folder, const Des
   size_t index = 0;
   for (const uint32_t id : categories.ids())
     text += "  " + std::to_string(index++) + ": " + nlohmann::json(categories.name_of(id)).dump() + "\n";
-  return write_text(folder / "data.yaml", text);
+  std::vector<offline::FolderFile> files;
+  files.push_back(text_file("data.yaml", text));
+  return files;
 }
 
 std::string YoloLayout::conventions(const Description&) const {

@@ -88,6 +88,16 @@ def edit_pixel(path, x, y):
     return before
 
 
+def edit_json(path, part, key, value):
+    """Changes a member of a part. Returns what it was."""
+    with open(path, encoding="utf-8") as file:
+        document = json.load(file)
+    before, part(document)[key] = part(document)[key], value
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(document, file)
+    return before
+
+
 # --- cases -----------------------------------------------------------------------------------------------------------
 
 def still_image(test):
@@ -200,8 +210,16 @@ def data_sets_are_identical(test):
     said = verify(test, whole, *inputs)
     images = sorted(os.listdir(os.path.join(whole, "images")))
     check(len(images) > 30 and said.startswith(f"identical: {len(images)} images of {whole}\n"), said)
+    check("\n  identical, too: dataset.json, annotations.json\n  not compared: README.md, index.html\n" in said, said)
     said = verify(test, parts[1], *inputs, "--sample", 4)
-    check(said.startswith("identical: 4 images"), said)
+    check(said.startswith("identical: 4 images") and "too: dataset.json\n" in said and "which fire3dv join writes" in said, said)
+    # A list of labels that does not follow from its images.
+    before = edit_json(os.path.join(whole, "annotations.json"), lambda coco: coco["annotations"][3]["bbox"], 2, 77)
+    edit_json(os.path.join(whole, "dataset.json"), lambda sheet: sheet["objects"][1], "diameter_mm", 5)
+    said = verify(test, whole, *inputs, "--sample", 2, code=DIFFERENT)
+    for wanted in (f'annotations.json: field "annotations[3].bbox[2]" is 77 in the file and {before} here',
+                   'dataset.json: field "objects[1].diameter_mm" is 5', "2 images of 2 identical", "labels of images that are not drawn again"):
+        check(wanted in said, f"{wanted}:\n{said}")
     # One image alone, by its own text.
     said = verify(test, os.path.join(whole, "images", images[-1]), *inputs)
     check(said.startswith("identical"), said)
@@ -215,7 +233,7 @@ def data_sets_are_identical(test):
     os.remove(os.path.join(whole, "images", images[30]))
     said = verify(test, whole, *inputs, code=DIFFERENT)
     for wanted in (f"{images[5]}: pixel (0, 89) is ", 'image 9: field "cam_t_w2c[', "image 20 is not in the list", images[30],
-                   f"{len(images) - 4} images of {len(images)} identical"):
+                   f"{len(images) - 4} images of {len(images)} identical", "files of the whole set, since 1 image is missing"):
         check(wanted in said, f"{wanted}:\n{said}")
     said = verify(test, parts[0], *inputs, "--camera", "front", code=DIFFERENT)
     check("cameras is " in said, said)
@@ -254,7 +272,7 @@ def formats_are_identical(test):
         file.seek(at)
         file.write(b'"cam_L"')
     said = verify(test, tar, *inputs, code=DIFFERENT)
-    check("000000.json: line 1 is" in said and "3 images of 4 identical" in said, said)
+    check('000000.json: field "cam_K" is absent' in said and "3 images of 4 identical" in said and "shards.json" in said, said)
     arrays = test.path("arrays")
     run(test, arrays, "--format", "folder", "--flow-frames", 1, *short)
     said = verify(test, arrays, *inputs)
@@ -273,6 +291,14 @@ def formats_are_identical(test):
     check("it was drawn with --randomize FILE.yaml: repeat that option" in said and "--seed" not in said, said)
     said = verify(test, drawn, ball, "--randomize", plan)
     check(said.startswith("identical: 4 images"), said)
+    train = os.path.join(drawn, "train", "000000")
+    edit_json(os.path.join(train, "scene_gt.json"), lambda poses: poses["2"][0]["cam_t_m2c"], 1, 0)
+    edit_json(os.path.join(train, "scene_gt_info.json"), lambda infos: infos["1"][0], "px_count_all", 1)
+    os.remove(os.path.join(train, "scene_camera.json"))
+    said = verify(test, drawn, ball, "--randomize", plan, code=DIFFERENT)
+    for wanted in ('scene_gt.json: field "2[0].cam_t_m2c[1]" is 0 in the file and ', 'scene_gt_info.json: field "1[0].px_count_all" is 1 in the file',
+                   "scene_camera.json", "4 images of 4 identical", "models/obj_000001.ply"):
+        check(wanted in said, f"{wanted}:\n{said}")
     image = os.path.join(drawn, "train", "000000", "rgb", "000003.png")
     check(verify(test, image, ball, "--randomize", plan).startswith("identical"), "one randomised image")
     with open(plan, "a", encoding="utf-8") as file:
@@ -288,6 +314,16 @@ def frames_of_recordings_are_identical(test):
     check(said.startswith("identical: 4 images"), said)
     said = verify(test, os.path.join(folder, "frame_000003.png"), recording(test), scene_of(test))
     check(said.startswith("identical"), said)
+    arrays = test.path("arrays of a recording")
+    execute(test, "render", "render", recording(test), scene_of(test), "--fps", 10, "--end", 0.3, "--out", arrays, "--outputs", "color,motion,depth", *SHARED)
+    said = verify(test, arrays, recording(test), scene_of(test))
+    check(said.startswith("identical: 4 images"), said)
+    path = os.path.join(arrays, "frame_000002.depth.npy")
+    depth = np.load(path)
+    depth[3, 5] = 1
+    np.save(path, depth)
+    said = verify(test, path, recording(test), scene_of(test), code=DIFFERENT)
+    check("depth.npy: pixel (5, 3) is 1 in the file and " in said, said)
     video = test.path("video.mkv")
     execute(test, "video", "render", recording(test), scene_of(test), "--fps", 10, "--end", 0.3, "--out", video, "--codec", "ffv1", *SHARED)
     said = verify(test, video, recording(test), scene_of(test))

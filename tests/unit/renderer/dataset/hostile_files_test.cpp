@@ -76,7 +76,7 @@ TEST_F(HostileFiles, DescriptionsAreChecked) {
     read(damaged);
   }
   for (const auto& [from, to] :
-       {std::pair("\"id\": 2", "\"id\": 1"), std::pair("\"instance\": 5", "\"instance\": 2")}) {
+       {std::pair("\"obj_id\": 2", "\"obj_id\": 1"), std::pair("\"instance\": 5", "\"instance\": 2")}) {
     std::string other = text;
     other.replace(other.find(from), std::string(from).size(), to);
     EXPECT_FALSE(read(other)) << to;

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,30 @@ namespace fs = std::filesystem;
 
 using SetFiles = MadeSet;
 
+// What a check makes again is what a run has written, and all but the images' own files and the pages.
+void expect_made_again(const fs::path& folder, const DatasetFormat& format) {
+  const offline::Manifest manifest = made_manifest();
+  const auto lines = offline::listed_frames(folder, manifest, format);
+  ASSERT_TRUE(lines.ok() && lines->size() == kImages);
+  auto files = format.first_files();
+  const auto lists = format.last_files(*lines);
+  ASSERT_TRUE(lists.ok());
+  files.insert(files.end(), lists->begin(), lists->end());
+  std::set<std::string> names{offline::kManifestName, offline::kFrameListName};
+  for (const std::string& page : format.page_names()) names.insert(page);
+  for (const offline::FolderFile& file : files) {
+    const auto stored = format.read_run_file(folder, file.name);
+    EXPECT_TRUE(stored.ok() && *stored == file.bytes) << file.name;
+    names.insert(file.name);
+  }
+  uint64_t others = 0;  // each image has one at least
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    others += entry.is_regular_file() && !names.contains(entry.path().lexically_relative(folder).string()) &&
+              entry.path().extension() != ".tar";
+  const bool is_packed = format.is_packed(folder);
+  EXPECT_TRUE(is_packed ? others == 0 : others >= kImages) << others;
+}
+
 TEST_F(SetFiles, EachFormatIsWhole) {
   for (const std::string format : kAllFormats) {
     const fs::path folder = root_ / format;
@@ -26,6 +51,7 @@ TEST_F(SetFiles, EachFormatIsWhole) {
     ASSERT_EQ(run(folder, made_description(format)), "") << format;
     for (const char* name : {"README.md", "index.html", "dataset.json", "frames.jsonl", "manifest.json"})
       EXPECT_TRUE(fs::exists(folder / name)) << format << " " << name;
+    expect_made_again(folder, *format_of(made_description(format)));
     ASSERT_EQ(run(folder, made_description(format)), "");
     EXPECT_EQ(existing_, kImages) << format;
     for (const auto& entry : fs::recursive_directory_iterator(root_))
@@ -90,6 +116,21 @@ TEST_F(SetFiles, OnlyFilesOfImagesAreRemovedAfterPacking) {
   write(set / "images" / "notes.txt", "mine");
   ASSERT_EQ(run(set, description), "");
   EXPECT_EQ(files_of(set / "images"), (std::map<std::string, std::string>{{"notes.txt", "mine"}}));
+}
+
+// Sets of earlier versions named the number of an object otherwise.
+TEST_F(SetFiles, OldNamesOfObjectsAreRead) {
+  const fs::path set = root_ / "set";
+  ASSERT_EQ(run(set, made_description("bop")), "");
+  const std::string text = text_of(set / kDescriptionName);
+  EXPECT_NE(text.find("\"obj_id\": 2"), std::string::npos);
+  std::string old = text;
+  for (const char* name : {"\"id\": ", "\"object\": "}) {  // of both objects, then of both instances
+    for (int i = 0; i < 2; ++i) old.replace(old.find("\"obj_id\": "), 10, name);
+  }
+  ASSERT_EQ(old.find("obj_id"), std::string::npos);
+  write(set / kDescriptionName, old);
+  EXPECT_EQ(to_json(read_description(set).value()), text);
 }
 
 TEST_F(SetFiles, FilesOfOthersStay) {

@@ -12,6 +12,7 @@
 #include "renderer/sinks/file_sink.h"
 #include "renderer/sinks/gray_png.h"
 #include "renderer/sinks/png.h"
+#include "renderer/verify/json_difference.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -93,6 +94,10 @@ TEST(FileDifference, NamesTheElementOfArrays) {
 TEST(FileDifference, NamesTheLineOfTexts) {
   EXPECT_EQ(file_difference("a.json", bytes_of("a\nbc\n"), bytes_of("a\nbd\n")),
             "line 2 is \"c\" in the file and \"d\" here");
+  EXPECT_EQ(file_difference("pose.txt", bytes_of("1,2\n1,2.25,3\n"), bytes_of("1,2\n1,2.5,3\n")),
+            "line 2, value 2 is 2.25 in the file and 2.5 here");
+  EXPECT_EQ(file_difference("a.txt", bytes_of("1 2"), bytes_of("1 2\n1 3\n")),
+            "line 1 is \"\" in the file and \"\" here");
   EXPECT_EQ(file_difference("a.hdf5", bytes_of("abc"), bytes_of("abd")), "byte 2 of 3 differs");
   EXPECT_EQ(file_difference("a.hdf5", bytes_of("ab"), bytes_of("abd")), "byte 2 of 2 differs");
 }
@@ -105,10 +110,32 @@ TEST(FileDifference, NamesTheFieldOfLines) {
   EXPECT_EQ(line_difference(R"({"a":[{"b":1,"c":[1,2]},3]})", R"({"a":[{"b":1,"c":[1,4]},3]})"),
             "field \"a[0].c[1]\" is 2 in the file and 4 here");
   EXPECT_EQ(line_difference(R"({"a":{"b":1}})", R"({"a":{"c":1}})"),
-            "field \"a\" is {\"b\":1} in the file and {\"c\":1} here");
+            "field \"a.c\" is absent in the file and 1 here");
   EXPECT_EQ(line_difference(R"({"a":[1]})", R"({"a":[1,2]})"),
-            "field \"a\" is [1] in the file and [1,2] here");
+            "field \"a\" has 1 entry in the file and 2 entries here");
+  EXPECT_EQ(line_difference(R"({"a":[1,3]})", R"({"a":[1,2,3]})"),
+            "field \"a[1]\" is 3 in the file and 2 here");
   EXPECT_EQ(line_difference("7", R"({"a":1})"), "the line is no JSON object");
+}
+
+TEST(FileDifference, NamesTheFieldOfJsonFiles) {
+  const auto difference = [](const std::string& stored, const std::string& drawn) {
+    return file_difference("a.json", bytes_of(stored), bytes_of(drawn));
+  };
+  EXPECT_EQ(difference("{\"3\":[{\"x\":1}]}\n", "{\"3\":[{\"x\":1}]}\n"), std::nullopt);
+  EXPECT_EQ(difference("{\"3\":[{\"x\":1}]}", "{\"3\":[{\"x\":2}]}"),
+            "field \"3[0].x\" is 1 in the file and 2 here");
+  EXPECT_EQ(difference("[1]", "[]"), "the value has 1 entry in the file and 0 entries here");
+  // The same values in another form are other bytes.
+  EXPECT_EQ(difference("{\"a\": 1}", "{\"a\":1}"), "line 1 is \" 1}\" in the file and \"1}\" here");
+}
+
+TEST(FileDifference, HostileJsonIsText) {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  EXPECT_FALSE(parse_json(bytes_of(deep)).has_value());
+  EXPECT_TRUE(file_difference("a.json", bytes_of(deep), bytes_of("[1]"))->starts_with("line 1"));
+  EXPECT_FALSE(parse_json(bytes_of("[" + std::string(kMaxParsedBytes, ' ') + "]")).has_value());
+  EXPECT_FALSE(parse_json(bytes_of("\"\xff\"")).has_value());
 }
 
 }  // namespace
