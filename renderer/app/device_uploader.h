@@ -27,13 +27,17 @@ class DeviceUploader final : public SceneUploader {
   void set_edits(const scene::SceneEdits& edits) override { renderer_.set_edits(edits); }
   void set_markers(const std::vector<state::ShownMarker>& markers) override {
     renderer_.set_markers(markers);
+    for (passes::SceneRenderer* const each : with_markers_) each->set_markers(markers);
   }
+  // Renderers of secondary devices that draw markers, too.
+  void share_markers(std::vector<passes::SceneRenderer*> renderers) { with_markers_ = std::move(renderers); }
   bool lacks_markers() const override { return renderer_.counts().markers_lack_memory; }
   uint32_t lights_without_shadow() const override { return renderer_.counts().lights_without_shadow; }
 
  private:
   passes::SceneRenderer& renderer_;
   const std::vector<const gpu::Device*> secondary_;
+  std::vector<passes::SceneRenderer*> with_markers_;
 };
 
 }  // namespace fire3dv::app

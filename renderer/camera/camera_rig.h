@@ -4,6 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -36,6 +37,9 @@ class CameraRig {
   // path. A camera that the scene lacks is shown again by the next scene that has it, unless the user has
   // chosen another view meanwhile.
   void set_scene(const scene::Scene& scene);
+
+  // A free camera that is not placed yet frames these points of the world, in place of the scene at rest.
+  void set_framed_points(std::vector<glm::vec3> points) { framed_points_ = std::move(points); }
 
   void set_ground(const std::optional<scene::Ground>& ground) { ground_ = ground; }
 
@@ -95,6 +99,7 @@ class CameraRig {
   scene::Camera free_camera_;
   glm::mat4 framing_orientation_ = passes::default_orientation();
   std::vector<uint32_t> animations_;
+  std::vector<glm::vec3> framed_points_;  // empty: none
   std::optional<scene::Ground> ground_;
   mutable bool framed_ = true;  // free camera not framed yet for the image's aspect ratio
   mutable glm::mat4 world_from_free_{1};

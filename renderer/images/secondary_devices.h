@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "renderer/gpu/device/device.h"
+#include "renderer/images/following_renderer.h"
 #include "renderer/images/image_batch_renderer.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/disk_caches.h"
@@ -36,25 +37,21 @@ class SecondaryDevice {
   Result<void> finish();
 
   // The following require an open device.
-  gpu::Device& device() { return *device_; }
-  const passes::SceneRenderer& renderer() const { return *renderer_; }
+  gpu::Device& device() { return following_->device(); }
+  const passes::SceneRenderer& renderer() const { return following_->renderer(); }
   ImageBatchRenderer& batch_renderer() { return *batch_renderer_; }
   // Must be called before the displayed scene is destroyed.
-  void forget_scene();
+  void forget_scene() { following_->forget_scene(); }
 
  private:
   void begin(std::function<void()> job);
   void work(const std::stop_token& stop);
   Result<void> open(gpu::Instance& instance, uint32_t index, gpu::AsyncCompute async_compute,
                     const CacheLocations& caches, const settings::DrawSettings& settings);
-  Result<void> show(const LiveScene& live, settings::DrawSettings settings);
-  void make_renderer(const settings::DrawSettings& settings);
 
-  std::unique_ptr<gpu::Device> device_;
-  std::optional<passes::SceneRenderer> renderer_;
+  std::unique_ptr<FollowingRenderer> following_;
   std::optional<gpu::FrameRing> frames_;
   std::optional<ImageBatchRenderer> batch_renderer_;
-  std::optional<uint64_t> shown_scene_;  // its LiveScene::replaced()
 
   std::mutex mutex_;
   std::condition_variable_any changed_;

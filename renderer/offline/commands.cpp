@@ -11,16 +11,18 @@
 
 #include "base/command_line.h"
 #include "renderer/offline/drawing_words.h"
+#include "renderer/offline/input_kind.h"
 #include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::offline {
 namespace {
 
 // Options of this command; all others are renderer options.
-constexpr std::array kWithValue{"--fps", "--start", "--end",   "--clock",
-                                "--out", "--shard", "--codec", "--crf"};
-constexpr std::array kStored{"--fps", "--start", "--end", "--clock", "--codec", "--crf", "--full-chroma"};
-constexpr std::array kFlags{"--resume", "--full-chroma", "--help", "-h"};
+constexpr std::array kWithValue{"--fps", "--start",   "--end",   "--clock", "--out",
+                                "--crf", "--outputs", "--shard", "--codec"};
+constexpr std::array kStored{"--fps", "--start",       "--end",     "--clock",       "--codec",
+                             "--crf", "--full-chroma", "--outputs", "--frame-motion"};
+constexpr std::array kFlags{"--resume", "--full-chroma", "--frame-motion", "--help", "-h"};
 
 void add_video_options(CLI::App& app, VideoOptions& video) {
   OptionGroup group(app, "Video");
@@ -53,7 +55,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   set_help(app, "FILE.mcap [SCENE] --out VIDEO|DIR [OPTIONS]");
   app.footer("Options of images, drawing and devices are those of fire3dv. Details: man fire3dv-render.");
   set_program_flags(app);
-  std::string fps = "30", shard;
+  std::string fps = "30", shard, outputs;
   OptionGroup group(app);
   group.add("--out", options.out, "VIDEO|DIR", "video (.mp4, .mkv, .webm), or folder of PNG files");
   group.add("--fps", fps, "RATE", "frames per second of simulated time, also 30000/1001");
@@ -61,7 +63,10 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   group.add("--end", options.end_s, "SECONDS", "end SECONDS after it (default: last frame)");
   group.add("--clock", options.clock, "STREAM",
             "stream whose simulated time the video follows (default: first)");
+  group.add("--outputs", outputs, "LIST", "images to write into a folder (default: color; see manual)");
   group.add("--shard", shard, "I/N", "render part I of N into a folder; fire3dv join merges them");
+  group.add_flag("--frame-motion", options.frames_motion,
+                 "the camera auto shows the scene over its whole motion");
   group.add_flag("--resume", options.resume, "keep finished frames, so that an interrupted run continues");
   add_video_options(app, options.video);
   Words words = split_words(argc, argv, kWithValue, kFlags);
@@ -69,6 +74,7 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   const auto refuse = [](const std::string& text) { return usage_error("render", text); };
   if (words.rest.empty() || words.rest[0].starts_with('-'))
     return refuse("name the recording first: fire3dv render FILE.mcap [SCENE] --out VIDEO|DIR");
+  if (const auto wrong = find_wrong_inputs("render", words.rest)) return refuse(*wrong);
   options.recording = words.rest[0];
   words.rest.erase(words.rest.begin());
 
@@ -84,6 +90,14 @@ std::variant<RenderOptions, int> parse_render_options(int argc, char** argv) {
   if (const auto wrong = check_range(options.start_s, options.end_s)) return refuse(*wrong);
   if (const auto wrong = check_out(options.out, options.video)) return refuse(*wrong);
   const bool is_video = sinks::is_video_name(options.out);
+  if (!outputs.empty()) {
+    const auto parsed = wire::parse_image_outputs(outputs);
+    if (!parsed) return refuse("--outputs: " + parsed.error().message);
+    if (is_video) return refuse("--outputs are written as files: name a folder with --out");
+    options.drawing.outputs = *parsed;
+    if (options.drawing.markers_in_data_sets && parsed->has(wire::kColorLinearF16))
+      return refuse("--outputs: linear shows no markers; leave it or --markers all out");
+  }
   if (!shard.empty()) {
     if (!parse_shard(shard, options.shard, options.shards))
       return refuse("--shard " + shard + ": must be I/N with I from 1 to N, such as 1/8");

@@ -38,6 +38,7 @@ struct RenderOptions {
   double start_s = 0;  // after the first frame of the recording
   std::optional<double> end_s;
   std::optional<uint64_t> images;  // frames of a scene at rest; nullopt: one
+  bool frames_motion = false;      // the camera auto shows the scene over the whole recording
   std::string clock;               // stream whose simulator time is used; empty: the first one's
   std::filesystem::path out;       // a video by its extension, else a folder
   bool resume = false;             // videos: via a frame folder

@@ -18,7 +18,7 @@ constexpr int kUsageError = 2;
 constexpr uint32_t kMaxShards = 100'000;
 
 // Renderer options that do not affect pixels, and those that the manifest stores otherwise.
-constexpr std::array kMachineWithValue{"--cache", "--device", "--async-compute", "--checkpoint"};
+constexpr std::array kMachineWithValue{"--cache", "--device", "--devices", "--async-compute", "--checkpoint"};
 constexpr std::array kOtherwiseStored{"--size", "--environment", "--overlay"};
 constexpr std::array kNeutralFlags{"--validation", "--no-validation", "--headless", "--require-gpu"};
 
@@ -59,9 +59,6 @@ std::optional<std::string> check_words(std::string_view command, const std::vect
     if (contains(kLive, name)) return for_live_streams(name);
     if (name == "--outputs" && command == "dataset")
       return "--outputs: --format decides which labels are drawn";
-    if (name == "--outputs")
-      return "--outputs: fire3dv render writes colours alone; others are written by fire3dv --replay "
-             "FILE.mcap --out DIR --outputs LIST";
   }
   return {};
 }
@@ -74,10 +71,6 @@ std::optional<std::string> check_drawing(const app::Options& drawing) {
     return "--replay, --stream and --loop are for watching a recording; the one to render is named first";
   if (!drawing.recording.record.empty()) return none("--record");
   if (drawing.lockstep) return none("--lockstep");
-  if (!drawing.devices.empty())
-    return "--devices spreads images that simulators ask for: name one with --device, and draw a part on "
-           "each "
-           "with --shard";
   if (!drawing.metrics.empty()) return none("--metrics");
   if (!drawing.serve.empty()) return none("--serve");
   if (drawing.exit_when_done) return none("--exit-when-done");

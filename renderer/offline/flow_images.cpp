@@ -64,7 +64,8 @@ uint64_t image_bytes(const FlowPlan& plan) {
 
 FlowPlan plan_flow(const ImageSet* set, uint64_t cameras, VkExtent2D extent) {
   if (!set) return {};
-  return {set->flow_frames(), cameras, set->has_flow_forward(), set->outputs(), extent};
+  return {set->flow_frames(),       cameras,        set->has_flow_forward(),
+          set->has_motion_planes(), set->outputs(), extent};
 }
 
 Result<void> check_flow_memory(const FlowPlan& plan, uint64_t snapshot_bytes) {
@@ -116,6 +117,10 @@ void FlowImages::recorded(gpu::Recorder& recorder, passes::SceneRenderer& render
 
 Result<void> FlowImages::add(sinks::FrameImage&& image) {
   Waiting& waiting = waiting_.at(image.frame_index);
+  if (keeps_planes_) {
+    waiting.image = std::move(image);
+    return {};
+  }
   std::vector<uint8_t> motion = take_plane(image, wire::kMotion);
   const std::vector<uint8_t> occlusion = take_plane(image, wire::kOcclusionU32);
   if (waiting.has_earlier) {
@@ -142,7 +147,7 @@ Result<void> FlowImages::deliver(sinks::FrameSink& sink) {
     Waiting& first = waiting_.begin()->second;
     if (!first.image || first.awaits_later) break;
     sinks::FrameImage image = std::move(*first.image);
-    waiting_bytes_ -= sinks::memory_bytes(image);
+    if (!keeps_planes_) waiting_bytes_ -= sinks::memory_bytes(image);
     if (has_later_)
       image.flow_forward =
           first.forward ? std::move(*first.forward) : no_flow(size_t{image.width} * image.height);

@@ -20,6 +20,7 @@ struct FlowPlan {
   uint32_t frames = 0;         // between two images that are compared; 0: no flow
   uint64_t cameras = 1;        // images of a frame
   bool has_later = true;       // flow to the later image, too
+  bool keeps_planes = false;   // images keep the planes of motion and occlusion in place of the flow
   wire::ImageOutputs outputs;  // of an image
   VkExtent2D extent{};
 
@@ -37,13 +38,21 @@ class FlowImages {
  public:
   // images: of the whole run.
   FlowImages(gpu::Device& device, uint64_t images, const FlowPlan& plan)
-      : images_(images), stride_(plan.stride()), has_later_(plan.has_later), readback_(device) {}
+      : images_(images),
+        stride_(plan.stride()),
+        has_later_(plan.has_later),
+        keeps_planes_(plan.keeps_planes),
+        readback_(device) {}
 
   // Images before and after a wanted one that are drawn for its flow.
   uint64_t reach_before() const { return stride_; }
   uint64_t reach_after() const { return has_later_ ? stride_ : 0; }
   // Whether images have flow to a later one, for which their surfaces are kept.
   bool has_later() const { return has_later_; }
+  // Outputs of an image that is wanted by itself, beside those that it has anyway.
+  uint32_t further_outputs() const {
+    return keeps_planes_ ? 0 : uint32_t{wire::kMotion} | uint32_t{wire::kOcclusionU32};
+  }
   // Whether an image is drawn, for itself or for the flow of one that is wanted.
   bool is_needed(uint64_t image, const std::function<bool(uint64_t image)>& is_wanted) const;
 
@@ -73,7 +82,7 @@ class FlowImages {
   };
 
   uint64_t images_, stride_;
-  bool has_later_;
+  bool has_later_, keeps_planes_;
   std::map<uint64_t, Drawn> drawn_;      // the last ones of each camera
   std::map<uint64_t, Waiting> waiting_;  // wanted images that are not handed over
   uint64_t waiting_bytes_ = 0;

@@ -31,6 +31,8 @@ class ImageSet {
   virtual uint32_t flow_frames() const { return 0; }
   // False: flow to the earlier image alone.
   virtual bool has_flow_forward() const { return true; }
+  // True: images have the planes of motion and occlusion themselves, in place of the flow.
+  virtual bool has_motion_planes() const { return false; }
   // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;

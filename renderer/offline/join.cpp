@@ -11,6 +11,7 @@
 #include "protocol/wire/check.h"
 #include "renderer/app/stop_signals.h"
 #include "renderer/offline/frame_folder.h"
+#include "renderer/offline/output_frames.h"
 #include "renderer/sinks/video/video_sink.h"
 
 namespace fire3dv::offline {
@@ -25,6 +26,7 @@ struct Whole {
   Manifest manifest;                    // of all shards together
   std::map<uint64_t, Found> frames;     // complete
   std::shared_ptr<FrameFormat> format;  // null: colours alone
+  bool is_data_set = false, has_colors = true;
 };
 
 std::string frames_text(uint64_t first, uint64_t last) {
@@ -87,6 +89,15 @@ Result<Whole> begin_assembly(const std::vector<std::filesystem::path>& folders,
     auto found = find_format(folders);
     if (!found) return found.error();
     whole.format = std::move(*found);
+    whole.is_data_set = whole.format != nullptr;
+  }
+  if (!whole.format) {
+    const auto first = manifest_of(folders.front());
+    if (!first) return first.error();
+    const auto outputs = outputs_of(*first);
+    if (!outputs) return Error{folders.front().string() + ": " + outputs.error().message};
+    whole.has_colors = outputs->has(wire::kColorSrgb8);
+    if (*outputs != wire::ImageOutputs()) whole.format = std::make_shared<OutputFrames>(*outputs);
   }
   const PngFrames png_frames;
   const FrameFormat& format = whole.format ? *whole.format : static_cast<const FrameFormat&>(png_frames);
@@ -167,8 +178,10 @@ Result<bool> copy_all(const Whole& whole, const std::filesystem::path& out) {
 int join(const JoinOptions& options, const FindFormat& find_format) {
   const auto whole = begin_assembly(options.folders, find_format);
   if (!whole) return report_failure(whole.error());
-  if (whole->format && sinks::is_video_name(options.out))
-    return report_failure(Error{"the parts are of a data set, not of a video: name a folder with --out"});
+  if (sinks::is_video_name(options.out) && (whole->is_data_set || !whole->has_colors))
+    return report_failure(Error{std::string(whole->is_data_set ? "the parts are of a data set, not of a video"
+                                                               : "the parts have no colours for a video") +
+                                ": name a folder with --out"});
   const auto done = sinks::is_video_name(options.out) ? encode(*whole, options.out, options.video)
                                                       : copy_all(*whole, options.out);
   if (!done) return report_failure(done.error());

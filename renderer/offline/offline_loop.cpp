@@ -71,10 +71,15 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
 OfflineLoop::OfflineLoop(const Parts& parts, const FrameTimes& times)
     : parts_(parts),
       times_(times),
-      frames_(parts.device),
-      captures_(parts.device),
       changes_(parts.set ? parts.set->changes() : nullptr),
-      unchanged_settings_(parts.renderer.settings().draw()) {
+      unchanged_settings_(parts.renderer.settings().draw()),
+      current_settings_(unchanged_settings_) {
+  current_settings_.environment = parts_.environment;
+  devices_.push_back(std::make_unique<DrawingDevice>(parts_.device, parts_.renderer, nullptr));
+  for (const auto& each : parts_.secondary)
+    devices_.push_back(std::make_unique<DrawingDevice>(each->device(), each->renderer(), each.get()));
+  for (size_t i = 0; i < std::min(devices_.size(), parts_.provenance.size()); ++i)
+    devices_[i]->provenance = parts_.provenance[i];
   // A free camera is fitted to the scene at rest, independent of the first rendered frame.
   const VkExtent2D extent = parts_.renderer.extent();
   for (const app::CameraRig& camera : parts_.cameras) (void)camera.view(parts_.poses, aspect_of(extent));
@@ -105,7 +110,7 @@ Result<bool> OfflineLoop::run(const Part& part, const std::function<bool(uint64_
     if (auto delivered = deliver(); !delivered) return delivered.error();
     if (wanted) progress.update_with_end(image + 1 - part.first, part.frames);
   }
-  parts_.device.wait(parts_.device.last_submitted());
+  for (const auto& each : devices_) each->device.wait(each->device.last_submitted());
   if (auto delivered = deliver(); !delivered) return delivered.error();
   return image == std::max(last, end);
 }
@@ -154,6 +159,8 @@ Result<void> OfflineLoop::change(uint64_t frame, bool is_new_scene, const state:
     if (auto replaced = parts_.replace_renderer(settings); !replaced) return replaced;
   }
   parts_.renderer.apply(settings);
+  if (!settings.environment) settings.environment = current_settings_.environment;
+  current_settings_ = std::move(settings);
   parts_.scene.set_user_edits(edits);
   parts_.scene.follow();
   // Another material variant is a scene of its own, with the same nodes and the user's edits of the file.
@@ -179,13 +186,15 @@ void OfflineLoop::pose(state::RestPose rest) {
   parts_.poses.set_rest(rest);
 }
 
+wire::ImageOutputs OfflineLoop::outputs_of_image() const {
+  const wire::ImageOutputs outputs = parts_.set ? parts_.set->outputs() : wire::ImageOutputs();
+  return wire::ImageOutputs(outputs.bits() | (flow_ ? flow_->further_outputs() : 0));
+}
+
+// Images that are not wanted are drawn for the flow of others.
 passes::FrameRequest OfflineLoop::request_of(uint64_t image, bool is_wanted) const {
-  wire::ImageOutputs outputs = parts_.set ? parts_.set->outputs() : wire::ImageOutputs();
-  if (!is_wanted) outputs = wire::ImageOutputs(0);
-  if (flow_) {
-    outputs.add(wire::kMotion);
-    outputs.add(wire::kOcclusionU32);
-  }
+  wire::ImageOutputs outputs = outputs_of_image();
+  if (!is_wanted) outputs = wire::ImageOutputs(uint32_t{wire::kMotion} | uint32_t{wire::kOcclusionU32});
   passes::FrameRequest request{.extent = parts_.renderer.extent(), .outputs = wire::with_sources(outputs)};
   request.markers = parts_.markers && is_wanted;
   request.keeps_surfaces = flow_ && flow_->has_later();
@@ -199,9 +208,20 @@ app::CameraRig::Placed OfflineLoop::place(uint64_t image, size_t camera) const {
   return placed;
 }
 
+Result<OfflineLoop::DrawingDevice*> OfflineLoop::next_device() {
+  DrawingDevice& next = *devices_[drawn_++ % devices_.size()];
+  if (next.following) {
+    if (auto shown = next.following->show(parts_.scene, current_settings_); !shown) return shown.error();
+  }
+  parts_.scene.show_markers();
+  return &next;
+}
+
 Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::function<bool()>& should_stop) {
   const VkExtent2D extent = parts_.renderer.extent();
-  parts_.scene.show_markers();
+  const auto next = next_device();
+  if (!next) return next.error();
+  DrawingDevice& on = **next;
   const float aspect = aspect_of(extent);
   const size_t number = image % parts_.cameras.size();
   passes::View view = parts_.cameras[number].view(parts_.poses, aspect);
@@ -224,58 +244,58 @@ Result<bool> OfflineLoop::draw(uint64_t image, bool is_wanted, const std::functi
           {image, extent, parts_.poses, view, parts_.scene.scene(), parts_.scene.replaced()}, hooks);
   }
   const passes::FrameRequest request = request_of(image, is_wanted);
-  auto begun = parts_.renderer.begin_next(frames_, request, parts_.poses, view, hooks);
+  auto begun = on.renderer.begin_next(on.frames, request, parts_.poses, view, hooks);
   if (!begun) return begun.error();
   if (!*begun) return false;
   gpu::Recorder& recorder = (*begun)->recorder;
   passes::CameraHistory history;
   if (const auto earlier = flow_ ? flow_->earlier(image, parts_.scene.replaced()) : nullptr)
     history = *earlier;
-  parts_.renderer.record((*begun)->prepared, recorder, frames_.staging(), parts_.poses, view,
-                         flow_ ? &history : nullptr);
+  on.renderer.record((*begun)->prepared, recorder, on.frames.staging(), parts_.poses, view,
+                     flow_ ? &history : nullptr);
   if (flow_) flow_->recorded(recorder, parts_.renderer, image, parts_.scene.replaced(), history, is_wanted);
-  if (is_wanted) capture(recorder, image, view, camera);
-  const uint64_t submitted = frames_.submit();
-  captures_.submitted(submitted);
+  if (is_wanted) capture(on, recorder, image, view, camera);
+  const uint64_t submitted = on.frames.submit();
+  on.captures.submitted(submitted);
   if (flow_) flow_->submitted(submitted);
   images_ += is_wanted ? 1 : 0;
   return true;
 }
 
-void OfflineLoop::capture(gpu::Recorder& recorder, uint64_t image, const passes::View& view,
-                          const app::CameraRig::Placed& camera) {
+void OfflineLoop::capture(DrawingDevice& on, gpu::Recorder& recorder, uint64_t image,
+                          const passes::View& view, const app::CameraRig::Placed& camera) {
   capture::Provenance provenance{image, view.camera, parts_.poses.shown(),
-                                 capture::path_provenance(parts_.renderer)};
-  provenance.run = parts_.provenance;
+                                 capture::path_provenance(on.renderer)};
+  provenance.run = on.provenance;
+  undelivered_.push_back(image);
   if (parts_.set) {
     std::optional<app::CameraRig::Placed> other;
     if (const auto number = parts_.set->other_of_pair(image % parts_.cameras.size()))
       other = parts_.cameras[*number].placed(parts_.poses, aspect_of(parts_.renderer.extent()));
     parts_.set->add_poses(image, camera, other ? &*other : nullptr, parts_.poses);
-    wire::ImageOutputs outputs = parts_.set->outputs();
-    if (flow_) {
-      outputs.add(wire::kMotion);
-      outputs.add(wire::kOcclusionU32);
-    }
-    captures_.record(recorder, parts_.renderer, outputs, parts_.scene.scene(), parts_.poses,
-                     std::move(provenance));
+    on.captures.record(recorder, on.renderer, outputs_of_image(), parts_.scene.scene(), parts_.poses,
+                       std::move(provenance));
   } else {
-    captures_.record(recorder, parts_.renderer.image(), std::move(provenance));
+    on.captures.record(recorder, on.renderer.image(), std::move(provenance));
   }
 }
 
 Result<void> OfflineLoop::deliver() {
-  Result<void> delivered;
-  if (flow_) {
-    captures_.poll([&](sinks::FrameImage&& image) {
-      if (delivered) delivered = flow_->add(std::move(image));
+  for (const auto& each : devices_) {
+    each->captures.poll([&](sinks::FrameImage&& image) {
+      const uint64_t number = image.frame_index;
+      arrived_.emplace(number, std::move(image));
     });
-    if (delivered) delivered = flow_->deliver(parts_.sink);
-  } else {
-    delivered = captures_.deliver(parts_.sink);
+    (void)each->frames.take_finished();  // GPU times are not used
   }
-  (void)frames_.take_finished();  // GPU times are not used
-  return delivered;
+  while (!undelivered_.empty()) {
+    auto next = arrived_.extract(undelivered_.front());
+    if (next.empty()) break;
+    undelivered_.pop_front();
+    auto taken = flow_ ? flow_->add(std::move(next.mapped())) : parts_.sink.consume(std::move(next.mapped()));
+    if (!taken) return taken;
+  }
+  return flow_ ? flow_->deliver(parts_.sink) : Result<void>();
 }
 
 }  // namespace fire3dv::offline

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "protocol/record/playback.h"
@@ -18,6 +21,7 @@
 #include "renderer/camera/camera_rig.h"
 #include "renderer/capture/capture.h"
 #include "renderer/gpu/frame_ring.h"
+#include "renderer/images/following_renderer.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/loading/scene_load.h"
 #include "renderer/offline/flow_images.h"
@@ -66,6 +70,9 @@ class OfflineLoop {
   struct Parts {
     gpu::Device& device;
     passes::SceneRenderer& renderer;
+    // Images go round the devices, the first one included.
+    std::span<const std::unique_ptr<app::FollowingRenderer>> secondary;
+    std::shared_ptr<const scene::EnvironmentImage> environment;  // of the renderer's settings; null: none
     state::PoseState& poses;
     RecordedStreams* streams;
     app::LiveScene& scene;
@@ -79,7 +86,7 @@ class OfflineLoop {
     // changes of the set.
     std::function<Result<void>(const settings::DrawSettings&)> replace_renderer = {};
     bool markers = true;
-    std::shared_ptr<const std::string> provenance = nullptr;  // of the run, for images; null: none
+    std::vector<std::shared_ptr<const std::string>> provenance = {};  // of the run, by device; null: none
   };
   OfflineLoop(const Parts& parts, const FrameTimes& times);
 
@@ -89,28 +96,45 @@ class OfflineLoop {
   uint64_t images() const { return images_; }
 
  private:
+  struct DrawingDevice {
+    DrawingDevice(gpu::Device& on, passes::SceneRenderer& with, app::FollowingRenderer* as)
+        : device(on), renderer(with), following(as), frames(on), captures(on) {}
+    gpu::Device& device;
+    passes::SceneRenderer& renderer;
+    app::FollowingRenderer* following;  // null: the first device
+    std::shared_ptr<const std::string> provenance;
+    gpu::FrameRing frames;
+    capture::CaptureQueue captures;
+  };
   Result<void> advance(uint64_t frame);
   Result<void> change(uint64_t frame, bool is_new_scene, const state::RestPose& rest);
   void pose(state::RestPose rest);
   // Returns false if should_stop ended it.
   // is_wanted: else it is drawn for the flow of others.
   Result<bool> draw(uint64_t image, bool is_wanted, const std::function<bool()>& should_stop);
+  wire::ImageOutputs outputs_of_image() const;
   passes::FrameRequest request_of(uint64_t image, bool is_wanted) const;
-  void capture(gpu::Recorder& recorder, uint64_t image, const passes::View& view,
+  void capture(DrawingDevice& on, gpu::Recorder& recorder, uint64_t image, const passes::View& view,
                const app::CameraRig::Placed& camera);
   app::CameraRig::Placed place(uint64_t image, size_t camera) const;
   Result<void> deliver();
 
+  // The next device, with scene, edits, markers and settings of the moment.
+  Result<DrawingDevice*> next_device();
+
   Parts parts_;
   FrameTimes times_;
-  gpu::FrameRing frames_;
-  capture::CaptureQueue captures_;
+  std::vector<std::unique_ptr<DrawingDevice>> devices_;
+  uint64_t drawn_ = 0;                             // images, also those for the flow of others
+  std::deque<uint64_t> undelivered_;               // images, in the order of the sink
+  std::map<uint64_t, sinks::FrameImage> arrived_;  // of those
   std::optional<FlowImages> flow_;
   uint64_t images_ = 0;
   std::optional<uint64_t> posed_scene_;  // number of the scene that has its rest pose
   ImageChanges* const changes_;          // null: none
   state::UserEdits unchanged_edits_;
   settings::DrawSettings unchanged_settings_;
+  settings::DrawSettings current_settings_;  // of secondary devices, with the environment
 };
 
 }  // namespace fire3dv::offline

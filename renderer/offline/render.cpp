@@ -3,6 +3,7 @@
 #include "base/process/progress.h"
 #include "renderer/offline/commands.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -23,10 +24,13 @@
 #include "renderer/editing/overlay_file.h"
 #include "renderer/editing/target_index.h"
 #include "renderer/gpu/selection/required_gpu.h"
+#include "renderer/images/following_renderer.h"
 #include "renderer/live_scene/asset_files.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/offline/frame_folder.h"
+#include "renderer/offline/motion_framing.h"
 #include "renderer/offline/offline_loop.h"
+#include "renderer/offline/output_images.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/path/path_pass.h"
@@ -134,6 +138,7 @@ Result<Manifest> describe_frames(const RenderOptions& options, const Timeline* t
   manifest.settings.emplace_back("scene", scene::content_digest(scene));
   if (timeline) manifest.settings.emplace_back("clock", timeline->guide());
   manifest.settings.emplace_back("look", options.look);
+  if (timeline && options.frames_motion) manifest.settings.emplace_back("frame-motion", "on");
   if (!options.drawing.environment.empty()) {
     const auto environment = digest_of(options.drawing.environment);
     if (!environment) return environment.error();
@@ -301,6 +306,10 @@ class Render {
 };
 
 Result<bool> Render::run() {
+  if (set_ && set_->flow_frames() != 0 && !drawing_.devices.empty())
+    return Error{
+        "--devices: flow and motion compare images of one device: name it by --device, and draw a part on "
+        "each with --shard"};
   if (!drawing_.overlay.empty()) {
     auto overlay = state::load_overlay(drawing_.overlay);
     if (!overlay) return overlay.error();
@@ -415,9 +424,10 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   auto instance = gpu::Instance::create(instance_options);
   if (!instance) return instance.error();
   instance_ = std::move(*instance);
-  gpu::DeviceReport report;
-  auto device = app::open_device(*instance_, drawing_, &report);
-  if (!device) return device.error();
+  auto devices = app::open_devices(*instance_, drawing_);
+  if (!devices) return devices.error();
+  const std::unique_ptr<gpu::Device>* const device = &devices->first;
+  const gpu::DeviceReport& report = (*device)->report();
   if (drawing_.draw.path) {
     if (auto can = passes::can_trace_paths(**device); !can)
       return Error{"--render path: " + can.error().message};
@@ -436,6 +446,14 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (auto enough = passes::ensure_texture_capacity(**device, settings, loaded.scene, renderer); !enough)
     return enough.error();
   renderer->set_scene(loaded.scene, loaded.derived);
+  std::vector<std::unique_ptr<app::FollowingRenderer>> secondary;
+  for (const uint32_t index : devices->secondary) {
+    auto opened =
+        app::FollowingRenderer::open(*instance_, index, drawing_.async_compute, cache_locations_, settings);
+    if (!opened) return opened.error();
+    if (auto alike = app::check_alike(*renderer, (*opened)->renderer()); !alike) return alike.error();
+    secondary.push_back(std::move(*opened));
+  }
   if (const std::string sun = app::describe_sun(*renderer); !sun.empty()) log_message("info: " + sun);
   if (auto prepared = renderer->prepare({.extent = {drawing_.width, drawing_.height}}); !prepared)
     return prepared.error();
@@ -444,7 +462,8 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
   if (!animations) return animations.error();
   if (set_) {
     if (auto can = renderer->can_take(wire::with_sources(set_->outputs())); !can)
-      return Error{"a data set needs all labels: " + can.error().message};
+      return Error{(options_.command == "dataset" ? "a data set needs all labels: " : "--outputs: ") +
+                   can.error().message};
     if (set_->changes() && set_->changes()->has_lens() && !drawing_.draw.path) {
       if (auto can = renderer->can_blur(); !can) return Error{"cameras with a lens: " + can.error().message};
     }
@@ -454,8 +473,23 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
     return fits.error();
   auto cameras = place_cameras(loaded.scene, *animations ? (*animations)->chosen : std::vector<uint32_t>());
   if (!cameras) return cameras.error();
+  if (timeline && options_.frames_motion &&
+      std::ranges::any_of(*cameras, [](const app::CameraRig& camera) { return camera.is_free(); })) {
+    auto points = points_over_motion(
+        loaded.scene, [&] { return open_recording(options_); }, *timeline, manifest.times,
+        app::stop_was_requested);
+    if (!points) return points.error();
+    for (app::CameraRig& camera : *cameras) camera.set_framed_points(*points);
+  }
   state::PoseState poses(loaded.scene);
-  app::DeviceUploader uploader(*renderer);
+  std::vector<const gpu::Device*> secondary_devices;
+  std::vector<passes::SceneRenderer*> secondary_renderers;
+  for (const auto& each : secondary) {
+    secondary_devices.push_back(&each->device());
+    secondary_renderers.push_back(&each->renderer());
+  }
+  app::DeviceUploader uploader(*renderer, secondary_devices);
+  uploader.share_markers(secondary_renderers);
   app::LiveScene live(loaded, poses, uploader,
                       {drawing_.assets, passes::levels_for(drawing_.draw.levels_of_detail),
                        renderer->settings().draw().max_textures, drawing_.overlay});
@@ -515,12 +549,19 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 
   const Part part = manifest.part();
   const Machine machine{report.name, report.driver, sinks::cpu_name()};
-  const auto provenance = encode_run(provenance_, machine);
+  std::vector<std::shared_ptr<const std::string>> provenance{encode_run(provenance_, machine)};
+  for (const gpu::Device* const each : secondary_devices) {
+    if (each->report().name == report.name && each->report().driver == report.driver)
+      provenance.push_back(provenance.front());
+    else
+      provenance.push_back(
+          encode_run(provenance_, {each->report().name, each->report().driver, machine.cpu}));
+  }
   if (output.folder) {
     warn_of_other_machine(*output.folder, machine);
     if (output.folder->existing_frames() > 0)
       log_message(counted(output.folder->existing_frames(), set_ ? "image" : "frame") + " are there already");
-    if (auto begun = output.folder->begin(machine, provenance ? *provenance : ""); !begun)
+    if (auto begun = output.folder->begin(machine, provenance.front() ? *provenance.front() : ""); !begun)
       return begun.error();
   }
   std::optional<app::PathCheckpoint> checkpoint;
@@ -539,11 +580,12 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
       return prepared.error();
     return {};
   };
-  OfflineLoop loop({**device, *renderer, poses, streams ? &*streams : nullptr, live,
-                    *animations ? &(*animations)->player : nullptr, *cameras, output.sink(),
-                    checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr, set_,
-                    replace_renderer, !set_ || drawing_.markers_in_data_sets, provenance},
-                   manifest.times);
+  OfflineLoop loop(
+      {**device, *renderer, secondary, settings.environment, poses, streams ? &*streams : nullptr, live,
+       *animations ? &(*animations)->player : nullptr, *cameras, output.sink(),
+       checkpoint ? &*checkpoint : nullptr, robot && robot->is_moved() ? &*robot : nullptr, set_,
+       replace_renderer, !set_ || !set_->outputs().has_planes() || drawing_.markers_in_data_sets, provenance},
+      manifest.times);
   const auto is_wanted = [&](uint64_t image) { return output.is_wanted(image); };
   auto drawn = loop.run(part, is_wanted, app::stop_was_requested);
   if (!drawn) return drawn;
@@ -568,11 +610,15 @@ Result<bool> Render::draw(const app::SceneLoad& load, const scene::LoadedScene& 
 
 int render(const RenderOptions& options, ImageSet* set, ImageConsumer* consumer) {
   if (options.drawing.require_gpu) {
-    if (Result<void> found = gpu::check_required_gpu(options.drawing.device); !found) {
+    if (Result<void> found = gpu::check_required_gpu(options.drawing.device, options.drawing.devices);
+        !found) {
       report_failure(found.error());
       return gpu::kNoGpuExitStatus;
     }
   }
+  std::optional<OutputImages> outputs;
+  if (!set && options.drawing.outputs != wire::ImageOutputs())
+    set = &outputs.emplace(options.drawing.outputs);
   Render rendering(options, set, consumer);
   const Result<bool> done = rendering.run();
   if (!rendering.validation_was_silent()) return report_failure(Error{"validation messages; see above"});

@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "renderer/sinks/output_text.h"
 #include "renderer/sinks/png.h"
@@ -81,6 +82,31 @@ std::string line_of(const FrameFiles& files, const FrameImage& image) {
 
 }  // namespace
 
+Result<FrameFiles> write_frame_files(const FrameImage& image, const std::filesystem::path& begin,
+                                     const WriteFile& write) {
+  FrameFiles files;
+  const auto named = [&](const std::string& ending) {
+    return std::filesystem::path(begin.string() + ending);
+  };
+  if (!image.rgba8.empty()) {
+    files.color = named(".png");
+    auto bytes = encode_png(image);
+    if (!bytes) return Error{"cannot encode " + files.color.string() + ": " + bytes.error().message};
+    if (auto written = write(files.color, std::move(*bytes)); !written) return written.error();
+  }
+  for (const FramePlane& plane : image.planes) {
+    files.planes.push_back(named("." + std::string(wire::info_of(plane.output).cli_name) + ".npy"));
+    auto written = write(files.planes.back(), encode_npy(plane, image.width, image.height));
+    if (!written) return written.error();
+  }
+  if (image.amodal) {
+    files.amodal = named(".amodal.npy");
+    auto written = write(files.amodal, encode_npy("|u1", masks_shape(image), image.amodal->masks));
+    if (!written) return written.error();
+  }
+  return files;
+}
+
 Result<void> FileSink::write(const FrameImage& image) {
   auto folder = folder_of(image.camera);
   if (!folder) return folder.error();
@@ -92,28 +118,13 @@ Result<void> FileSink::write(const FrameImage& image) {
   last_frame_of_folder_[*folder] = image.frame_index;
   char name[40];
   std::snprintf(name, sizeof name, "frame_%06llu", static_cast<unsigned long long>(image.frame_index));
-  FrameFiles files;
-  if (!image.rgba8.empty()) {
-    files.color = *folder / (std::string(name) + ".png");
-    if (auto written = write_png(options_.folder / files.color, image, base::Durability::contents); !written)
-      return written.error();
-  }
-  for (const FramePlane& plane : image.planes) {
-    files.planes.push_back(
-        *folder / (std::string(name) + "." + std::string(wire::info_of(plane.output).cli_name) + ".npy"));
-    auto written = write_npy(options_.folder / files.planes.back(), plane, image.width, image.height,
-                             base::Durability::contents);
-    if (!written) return written.error();
-  }
-  if (image.amodal) {
-    files.amodal = *folder / (std::string(name) + ".amodal.npy");
-    const std::vector<uint8_t> bytes = encode_npy("|u1", masks_shape(image), image.amodal->masks);
-    if (auto written = write_whole_file(options_.folder / files.amodal, bytes, base::Durability::contents);
-        !written)
-      return written.error();
-  }
+  const auto files = write_frame_files(
+      image, *folder / name, [&](const std::filesystem::path& file, std::vector<uint8_t> bytes) {
+        return write_whole_file(options_.folder / file, bytes, base::Durability::contents);
+      });
+  if (!files) return files.error();
   errno = 0;
-  log_ << line_of(files, image) << std::flush;  // flush per line: a killed run keeps its list
+  log_ << line_of(*files, image) << std::flush;  // flush per line: a killed run keeps its list
   if (!log_)
     return Error{"cannot write " + (options_.folder / "frames.jsonl").string() + ": " + system_reason(errno)};
   ++frames_written_;

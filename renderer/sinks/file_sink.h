@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -22,6 +23,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "renderer/sinks/output_text.h"
 #include "renderer/sinks/queued_sink.h"
 
 namespace fire3dv::sinks {
@@ -57,6 +59,12 @@ class FileSink final : public QueuedSink {
 
   std::atomic<uint64_t> frames_written_{0};
 };
+
+// Encodes the files of an image: colours as PNG, then each plane and the masks in NumPy's format. begin:
+// their path without ending, "front/frame_000000". Returns their names; stops at the first error.
+using WriteFile = std::function<Result<void>(const std::filesystem::path& name, std::vector<uint8_t> bytes)>;
+Result<FrameFiles> write_frame_files(const FrameImage& image, const std::filesystem::path& begin,
+                                     const WriteFile& write);
 
 // Encodes an array in NumPy's .npy format (version 1.0), row by row.
 std::vector<uint8_t> encode_npy(std::string_view numpy_type, std::span<const uint64_t> shape,

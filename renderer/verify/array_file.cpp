@@ -8,6 +8,7 @@
 
 #include "base/files.h"
 #include "base/numbers.h"
+#include "renderer/offline/manifest.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -96,6 +97,11 @@ Result<ArrayFile> read_array(const fs::path& path) {
     if (!name || *name != path.filename().string()) continue;
     if (!read_image(*line, file.image))
       return Error{list.string() + ": the line of " + path.filename().string() + " is damaged"};
+    if (file.image.run_provenance) return file;
+    // Of fire3dv render: the provenance of the whole folder.
+    const auto manifest = offline::read_manifest(path.parent_path());
+    if (manifest && *manifest && !(*manifest)->provenance.empty())
+      file.image.run_provenance = std::make_shared<const std::string>((*manifest)->provenance);
     return file;
   }
   return Error{list.string() + " does not list " + path.filename().string()};

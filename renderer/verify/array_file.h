@@ -1,5 +1,5 @@
-// NumPy files of live runs (--outputs): their provenance is in frames.jsonl beside them, and they are drawn
-// again as an output of one camera.
+// NumPy files of live runs and of fire3dv render (--outputs): their provenance is in frames.jsonl beside
+// them, or in manifest.json, and they are drawn again as an output of one camera.
 #pragma once
 
 #include <filesystem>

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/command_line.h"
-#include "renderer/dataset/options.h"
 #include "renderer/offline/drawing_words.h"
+#include "renderer/offline/input_kind.h"
 
 namespace fire3dv::verify {
 namespace {
@@ -43,7 +43,7 @@ std::variant<VerifyOptions, int> parse_verify_options(int argc, char** argv) {
         kCommand, "name an image or a folder first: fire3dv verify IMAGE.png|DIR [RECORDING.mcap] [SCENE]");
   options.target = *target;
   while (const auto name = next_name()) {
-    auto& path = dataset::is_recording(*name) ? options.recording : options.scene;
+    auto& path = offline::is_recording(*name) ? options.recording : options.scene;
     if (!path.empty())
       return offline::usage_error(kCommand, "two names, " + path.string() + " and " + *name +
                                                 ": one recording and one scene at most");

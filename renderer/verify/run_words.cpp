@@ -16,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxShownBytes = 200;
-constexpr std::array<std::string_view, 3> kFlagNames{"frame-all", "full-chroma", "stereo-pairs"};
+constexpr std::array<std::string_view, 4> kFlagNames{"frame-all", "frame-motion", "full-chroma",
+                                                     "stereo-pairs"};
 
 bool may_be_used(const std::string& command, std::string_view option) {
   if (app::is_appearance_option(option)) return true;
