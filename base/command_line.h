@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/build_info.h"
+#include "base/nearest_names.h"
 
 namespace fire3dv {
 
@@ -47,22 +48,6 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string usage_;
 };
-
-// Number of insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
-inline size_t edit_distance(const std::string& from, const std::string& to) {
-  std::vector<size_t> before, last, row(to.size() + 1);
-  for (size_t j = 0; j < row.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= from.size(); ++i) {
-    before = std::exchange(last, row);
-    row[0] = i;
-    for (size_t j = 1; j <= to.size(); ++j) {
-      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (from[i - 1] != to[j - 1])});
-      if (i > 1 && j > 1 && from[i - 1] == to[j - 2] && from[i - 2] == to[j - 1])
-        row[j] = std::min(row[j], before[j - 2] + 1);
-    }
-  }
-  return row.back();
-}
 
 // The long option that a mistyped name without dashes stands for; empty: none is close.
 inline std::string closest_option(const CLI::App& app, const std::string& name) {

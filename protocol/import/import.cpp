@@ -1,6 +1,7 @@
 #include "protocol/import/import.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <string_view>
 #include <utility>
 
@@ -17,7 +18,7 @@ class Import {
  public:
   Import(BatchReader reader, const ImportOptions& options) : reader_(std::move(reader)), options_(options) {
     if (options.robot && !options.robot->bodies().empty())
-      links_.emplace(*options.robot, options.frame_prefix);
+      links_.emplace(*options.robot, options.frame_prefix, options_.is_in_degrees);
   }
 
   Result<ImportReport> run(std::unique_ptr<record::Sink> sink);
@@ -94,6 +95,14 @@ Result<ImportReport> Import::run(std::unique_ptr<record::Sink> sink) {
   for (auto& texts : {reader_.clock_warnings(), reader_.source().take_warnings(),
                       survey_.faults().sentences(), plan_.warnings})
     report.warnings.insert(report.warnings.end(), texts.begin(), texts.end());
+  if (const auto largest =
+          plan_.uses_joints && !options_.is_in_degrees ? links_->largest_beyond_turn() : std::nullopt) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.4g", *largest);
+    report.warnings.push_back("joint positions reach " + std::string(number) +
+                              ", more than a turn in radians of most joints: if they are degrees, set "
+                              "--joint-unit deg");
+  }
   report.fixed_frame = std::move(plan_.fixed_frame);
   report.nodes = std::move(plan_.nodes);
   report.frames = recorder->writer().frames();

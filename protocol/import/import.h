@@ -40,6 +40,7 @@ struct ImportOptions {
   // Node by name or path; nothing for names that the scene lacks or has twice.
   std::function<std::optional<SceneNode>(std::string_view name)> find_node;
   robot::Robot* robot = nullptr;  // of the scene, for joint states; its positions change
+  bool is_in_degrees = false;     // joint states of joints that turn
   // Called with the progress, 0 to 1. false: stop.
   std::function<bool(double)> on_progress;
 };

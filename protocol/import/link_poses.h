@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,9 @@ namespace fire3dv::imported {
 
 class LinkPoses {
  public:
-  // robot: borrowed; at least one body. prefix: before the links' names in those of frames.
-  LinkPoses(robot::Robot& robot, const std::string& prefix);
+  // robot: borrowed; at least one body. prefix: before the links' names in those of frames. is_in_degrees:
+  // positions of joints that turn.
+  LinkPoses(robot::Robot& robot, const std::string& prefix, bool is_in_degrees = false);
 
   // Frames of the links; the root first.
   const std::vector<std::string>& frames() const { return frames_; }
@@ -24,6 +26,9 @@ class LinkPoses {
   const std::map<std::string, size_t>& joints() const { return joints_; }
   // Ignores joints that the robot lacks, and positions that are not finite.
   void set(const std::string& joint, double position);
+  // Largest position of a joint that turns, if more than half of at least two such joints went beyond a whole
+  // turn in radians: the positions may be in degrees.
+  std::optional<double> largest_beyond_turn() const;
   // root_from_link of links 1 to the last.
   std::vector<TransformSample> transforms(int64_t time_ns);
   // Pose of the root link in the robot's frame.
@@ -35,6 +40,8 @@ class LinkPoses {
   robot::Robot& robot_;
   std::vector<std::string> frames_;
   std::map<std::string, size_t> joints_;
+  double radians_from_unit_ = 1;
+  std::map<size_t, double> largest_;  // absolute position of joints that turn, as given
 };
 
 }  // namespace fire3dv::imported

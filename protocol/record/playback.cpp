@@ -43,7 +43,9 @@ Result<Playback> Playback::open(std::unique_ptr<Source> source, const ReadLimits
   }
   if (playback.streams_.empty())
     return Error{wire::printable(playback.reader_.name(), 4096) + " holds no stream of this protocol" +
-                 (index.damage.empty() ? "; record one with fire3dv-record" : ": " + index.damage)};
+                 (index.damage.empty() ? "; record one with fire3dv-record, or draw the states of another "
+                                         "program by fire3dv relabel FILE SCENE"
+                                       : ": " + index.damage)};
   playback.states_.resize(playback.streams_.size());
   for (const ChunkIndex& chunk : index.chunks) {
     if (playback.end_ns_ == 0 || chunk.start_ns < playback.start_ns_) playback.start_ns_ = chunk.start_ns;

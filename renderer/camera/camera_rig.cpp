@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <utility>
 
+#include "base/nearest_names.h"
 #include "renderer/passes/outputs/planes_and_boxes.h"
 #include "renderer/passes/view/facing.h"
 #include "renderer/scene/model/bounds.h"
@@ -43,7 +44,7 @@ scene::Camera centred(scene::Camera camera) {
 
 Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart& start) {
   CameraRig rig(scene);
-  rig.free_camera_.name = "free";
+  rig.free_camera_.name = "auto";
   rig.animations_ = start.animations;
   rig.ground_ = start.ground;
   const std::vector<uint32_t> nodes = scene::camera_nodes(scene);
@@ -59,11 +60,16 @@ Result<CameraRig> CameraRig::create(const scene::Scene& scene, const CameraStart
     if (rig.node_ == scene::kNone)
       rig.node_ = find([&](uint32_t n) { return scene.cameras[scene.nodes[n].camera].name == start.name; });
     if (rig.node_ == scene::kNone && start.name != "auto") {
-      std::string known;
-      for (uint32_t n : nodes) known += (known.empty() ? "" : ", ") + scene.nodes[n].name;
+      std::vector<std::string> known;
+      for (const uint32_t n : nodes) {
+        known.push_back(scene.nodes[n].name);
+        known.push_back(scene.cameras[scene.nodes[n].camera].name);
+      }
+      const std::string hint = name_hint(start.name, known, "named cameras");
       return Error{"--camera " + start.name + ": " + scene.source.string() +
-                   (known.empty() ? " has no cameras; use --camera auto or leave it out"
-                                  : " has no such camera; it has: " + known + "; or use --camera auto")};
+                   (nodes.empty() ? " has no cameras; use --camera auto or leave it out"
+                                  : " has no such camera" + hint + (hint.ends_with('?') ? " Or" : "; or") +
+                                        " use --camera auto")};
     }
   }
   if (start.frame_all && rig.node_ != scene::kNone) {
@@ -144,6 +150,7 @@ void CameraRig::frame_scene(float image_aspect) const {
       points.insert(points.end(), moved.begin(), moved.end());
     }
   }
+  if (!framed_points_.empty()) points = framed_points_;
   if (points.empty()) points.insert(points.end(), {scene_->bounds_min, scene_->bounds_max});
   glm::vec3 low = points.front(), high = low;
   for (const glm::vec3& point : points) {

@@ -48,6 +48,8 @@ class LabelledImages final : public offline::ImageSet {
                                                             const std::filesystem::path& gltf_file,
                                                             Settings& settings) override;
   Result<void> check_camera(size_t index, const app::CameraRig::Placed& camera) const override;
+  // Of inputs before the recording is there: another run follows, which has the warnings.
+  void set_is_check() { is_check_ = true; }
   void add_poses(uint64_t image, const app::CameraRig::Placed& camera, const app::CameraRig::Placed* other,
                  const state::PoseState& poses) override;
 
@@ -55,6 +57,9 @@ class LabelledImages final : public offline::ImageSet {
   Result<void> randomize(const scene::Scene& scene, Description& description, Settings& settings);
   Result<void> describe_episode(const scene::Scene& scene, const std::filesystem::path& gltf_file,
                                 Description& description);
+  void warn(const std::string& text) const {
+    if (!is_check_) log_message(warning(text));
+  }
 
   const DatasetOptions& options_;
   const Plan* const plan_;
@@ -62,7 +67,7 @@ class LabelledImages final : public offline::ImageSet {
   std::optional<RecordedState> state_;
   std::unique_ptr<Layout> layout_;
   wire::ImageOutputs outputs_;
-  bool has_flow_forward_ = false;
+  bool has_flow_forward_ = false, is_check_ = false;
   std::shared_ptr<DatasetFormat> format_;
 };
 
@@ -102,7 +107,7 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   const bool is_whole = options_.run.recording.empty() && options_.run.drawing.overlay.empty();
   for (const auto& [text, is_pattern] : Randomizer::unmatched(*plan_, scene, description.cameras)) {
     if (is_whole && !is_pattern) return Error{text};
-    log_message(warning(text + (is_whole ? "" : " in the file of the scene")));
+    warn(text + (is_whole ? "" : " in the file of the scene"));
   }
   if (options_.is_stereo && !plan_->of(Section::cameras).empty())
     return Error{plan_->file + ": cameras of --stereo-pairs keep their places: remove the section cameras"};
@@ -136,7 +141,7 @@ Result<void> LabelledImages::describe_episode(const scene::Scene& scene,
   episode.fps = static_cast<uint32_t>(options_.run.rate.value_or(offline::FrameRate{}).numerator);
   episode.task = options_.task;
   episode.has_linear_depth = options_.has_depth_scale;
-  if (options_.run.recording.empty()) return {};
+  if (options_.run.recording.empty() || !is_check_) return {};
   auto moved = find_moved_nodes(options_.run.recording, scene);
   if (!moved) return moved.error();
   auto robot = robot::find_robot(gltf_file, true);
@@ -187,15 +192,14 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(
   if (const auto depth = layout_->depth16(description);
       options_.has_depth_scale && !description.episode.has_linear_depth &&
       !(depth && depth->unit_mm == description.depth_unit_mm))
-    log_message(warning("--depth-scale has no effect: the format " + options_.format +
-                        " has no depth images with a scale"));
+    warn("--depth-scale has no effect: the format " + options_.format + " has no depth images with a scale");
   if (auto drawn = randomize(scene, description, settings); !drawn) return drawn.error();
   warn_of_missing_labels(scene, options_.run.drawing.draw.label_alpha, description);
   auto written = as_written(description);
   if (!written) return written.error();
   description = std::move(*written);
   if (auto good = layout_->check(description); !good) return good.error();
-  for (const std::string& text : description.warnings) log_message(warning(text));
+  for (const std::string& text : description.warnings) warn(text);
   std::vector<offline::FolderFile> files;
   const std::vector<std::string> models = layout_->static_names(description);
   for (size_t i = 0; i < models.size(); ++i)
@@ -275,20 +279,45 @@ void LabelledImages::add_poses(uint64_t image, const app::CameraRig::Placed& cam
 
 }  // namespace
 
-int run(const DatasetOptions& options, offline::ImageConsumer* consumer) {
-  std::optional<Plan> plan;
-  if (!options.randomize.empty()) {
-    auto read = read_plan(options.randomize);
-    if (!read) return report_failure(read.error());
-    plan = std::move(*read);
-    plan->seed = options.seed;
-    if (!options.draws.empty()) {
-      auto draws = read_given_draws(options.draws);
-      if (!draws) return report_failure(draws.error());
-      plan->given = std::move(*draws);
-    }
+namespace {
+
+// nullopt: nothing is randomised.
+Result<std::optional<Plan>> read_plan_of(const DatasetOptions& options) {
+  if (options.randomize.empty()) return std::optional<Plan>();
+  auto plan = read_plan(options.randomize);
+  if (!plan) return plan.error();
+  plan->seed = options.seed;
+  if (!options.draws.empty()) {
+    auto draws = read_given_draws(options.draws);
+    if (!draws) return draws.error();
+    plan->given = std::move(*draws);
   }
-  LabelledImages images(options, make_layout(options.format), plan ? &*plan : nullptr);
+  return std::optional<Plan>(std::move(*plan));
+}
+
+}  // namespace
+
+Result<void> check(const DatasetOptions& options, const scene::Scene& scene,
+                   const std::filesystem::path& gltf_file) {
+  const auto plan = read_plan_of(options);
+  if (!plan) return plan.error();
+  const std::vector<std::string>& names = options.cameras;
+  for (const std::string& name : names.empty() ? std::vector{options.run.drawing.camera} : names) {
+    // A camera that the overlay file adds is checked when the scene has it.
+    if (!options.run.drawing.overlay.empty()) break;
+    if (auto camera = app::CameraRig::create(scene, {name, false, {}, {}}); !camera) return camera.error();
+  }
+  LabelledImages images(options, make_layout(options.format), *plan ? &**plan : nullptr);
+  images.set_is_check();
+  offline::ImageSet::Settings settings;
+  const auto opened = images.open_format(scene, gltf_file, settings);
+  return opened ? Result<void>() : opened.error();
+}
+
+int run(const DatasetOptions& options, offline::ImageConsumer* consumer) {
+  const auto plan = read_plan_of(options);
+  if (!plan) return report_failure(plan.error());
+  LabelledImages images(options, make_layout(options.format), *plan ? &**plan : nullptr);
   return offline::render(options.run, &images, consumer);
 }
 

@@ -18,4 +18,9 @@ inline int run(const DatasetOptions& options) {
   return run(options, nullptr);
 }
 
+// gltf_file: of the scene, or its conversion. Checks cameras, objects, keypoints, format and the
+// randomisation file against a scene, before a recording is there. Writes nothing.
+Result<void> check(const DatasetOptions& options, const scene::Scene& scene,
+                   const std::filesystem::path& gltf_file);
+
 }  // namespace fire3dv::dataset

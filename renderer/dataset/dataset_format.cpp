@@ -251,7 +251,9 @@ Result<std::vector<offline::FolderFile>> DatasetFormat::last_files(const offline
 }
 
 std::vector<std::string> DatasetFormat::page_names() const {
-  return {kReadmeName, kPageName};
+  std::vector<std::string> names{kReadmeName, kPageName};
+  for (std::string& name : layout_->unlisted_names()) names.push_back(std::move(name));
+  return names;
 }
 
 // The description has the command, which names the inputs as they were called then.

@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "base/command_line.h"
@@ -13,6 +13,8 @@
 #include "renderer/dataset/labels/description.h"
 #include "renderer/dataset/layouts/layout.h"
 #include "renderer/offline/drawing_words.h"
+#include "renderer/offline/inputs/input_kind.h"
+#include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -22,7 +24,7 @@ constexpr std::array kWithValue{"--format",      "--out",   "--camera",   "--rat
                                 "--end",         "--clock", "--object",   "--keypoints",   "--license",
                                 "--depth-scale", "--shard", "--tar-size", "--flow-frames", "--randomize",
                                 "--seed",        "--draws", "--images",   "--task"};
-constexpr std::array kFlags{"--help", "-h", "--stereo-pairs"};
+constexpr std::array kFlags{"--help", "-h", "--stereo-pairs", "--frame-motion"};
 constexpr std::array kNotStored{"--out", "--keypoints", "--randomize", "--draws", "--shard", "--help", "-h"};
 constexpr uint32_t kMaxFlowFrames = 1000;
 
@@ -67,14 +69,10 @@ std::string command_text(const char* command, int argc, char** argv) {
   return text + " --out DIR";
 }
 
-bool is_recording(const std::filesystem::path& path) {
-  if (lower_extension(path) == ".mcap") return true;
-  constexpr std::array<char, 8> kMagic{'\x89', 'M', 'C', 'A', 'P', '0', '\r', '\n'};
-  std::array<char, 8> begin{};
-  std::error_code fault;
-  if (!std::filesystem::is_regular_file(path, fault)) return false;
-  std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
-  return begin == kMagic;
+bool is_own_option(std::string_view word) {
+  const std::string_view name = word.substr(0, word.find('='));
+  return name != "--out" && name != "--camera" &&
+         std::find(kWithValue.begin(), kWithValue.end(), name) != kWithValue.end();
 }
 
 bool is_stored_option(std::string_view name) {
@@ -116,6 +114,8 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
             "optical flow to images N frames later and earlier (c3vd: 1, folder: 0)");
   group.add_flag("--stereo-pairs", options.is_stereo,
                  "cameras are left and right in turn: write disparity (folder)");
+  group.add_flag("--frame-motion", options.run.frames_motion,
+                 "the camera auto shows the scene over its whole motion");
   group.add("--randomize", options.randomize, "FILE.yaml", "draw parameters of each image from ranges");
   group.add("--seed", seed, "N", "seed of --randomize (default 0)");
   group.add("--draws", options.draws, "FILE.jsonl", "draws of a program, in place of those of the seed");
@@ -129,7 +129,10 @@ std::variant<DatasetOptions, int> parse_dataset_options(int argc, char** argv) {
         "name a recording or a scene first: fire3dv dataset FILE.mcap|SCENE --format FORMAT --out DIR");
   if (options.format.empty()) return refuse("--format: name one of: " + formats_text());
   if (options.run.out.empty()) return refuse("--out: name a folder for the data set");
-  if (is_recording(words.rest[0])) {
+  if (const auto wrong = offline::find_wrong_inputs(kCommand, words.rest)) return refuse(*wrong);
+  if (sinks::is_video_name(options.run.out) || lower_extension(options.run.out) == ".mcap")
+    return refuse("--out " + options.run.out.string() + ": a data set is a folder: name one");
+  if (offline::is_recording(words.rest[0])) {
     options.run.recording = words.rest[0];
     words.rest.erase(words.rest.begin());
   }

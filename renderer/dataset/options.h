@@ -35,8 +35,9 @@ struct DatasetOptions {
 // caches and the folders of inputs, and with a placeholder for the set's.
 std::string command_text(const char* command, int argc, char** argv);
 
-// True for a file that is a recording (MCAP), by its name or its first bytes.
-bool is_recording(const std::filesystem::path& path);
+// True for a word of a command line that is an option of `fire3dv dataset` itself, such as "--format=coco",
+// and of no other command: not --out and --camera.
+bool is_own_option(std::string_view word);
 
 // True for an option of `fire3dv dataset` itself that is stored in the provenance: it names no file.
 bool is_stored_option(std::string_view name);

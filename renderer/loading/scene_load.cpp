@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
+#include "base/files.h"
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/process/failure.h"
@@ -186,7 +191,46 @@ std::optional<Error> SceneLoad::finish_caching() {
   return store_error_;
 }
 
+namespace {
+
+// Size of the meshes of a scene: half of them are smaller. Floors do not count so.
+double median_mesh_size_m(const scene::Scene& scene) {
+  std::vector<double> sizes;
+  for (const scene::Node& node : scene.nodes) {
+    if (node.mesh == scene::kNone) continue;
+    const scene::Mesh& mesh = scene.meshes[node.mesh];
+    double largest = 0;
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      const glm::vec3 extent = scene.primitives[p].bounds_max - scene.primitives[p].bounds_min;
+      const glm::mat3 turn(node.world_from_node);
+      largest = std::max(largest, double{glm::length(turn * extent)});
+    }
+    sizes.push_back(largest);
+  }
+  if (sizes.empty()) return 0;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+// Of files without a unit, or whose meshes may have another one.
+std::optional<std::string> find_strange_size(const std::filesystem::path& path, const scene::Scene& scene) {
+  constexpr double kStrange_m = 20;
+  if (!needs_conversion(path)) return std::nullopt;
+  const double size_m = median_mesh_size_m(scene);
+  if (!(size_m > kStrange_m)) return std::nullopt;
+  char size[32];
+  std::snprintf(size, sizeof size, "%.3g", size_m);
+  const std::string extension = lower_extension(path);
+  const bool is_mesh = extension == ".obj" || extension == ".stl" || extension == ".ply";
+  return path.string() + ": its meshes are " + size + " m large: if these are millimetres, " +
+         (is_mesh ? "set --unit mm" : "set scale=\"0.001 0.001 0.001\" where the description names them");
+}
+
+}  // namespace
+
 void log_scene_summary(const std::filesystem::path& path, const scene::Scene& scene) {
+  if (const auto strange = find_strange_size(path, scene)) log_message(warning(*strange));
   constexpr size_t kWarningsShown = 20;
   for (size_t i = 0; i < std::min(scene.warnings.size(), kWarningsShown); ++i)
     log_message(warning(scene.warnings[i]));

@@ -11,7 +11,7 @@
 
 #include "base/command_line.h"
 #include "renderer/offline/drawing_words.h"
-#include "renderer/offline/input_kind.h"
+#include "renderer/offline/inputs/input_kind.h"
 #include "renderer/sinks/video/video_file.h"
 
 namespace fire3dv::offline {

@@ -62,7 +62,7 @@ class FrameFormat {
   virtual Result<std::vector<FolderFile>> last_files(const FrameLines&) const {
     return std::vector<FolderFile>();
   }
-  // Names of further files that complete() writes: pages for readers.
+  // Names of further files and folders that complete() writes, such as pages for readers.
   virtual std::vector<std::string> page_names() const { return {}; }
   // Reads one of the first or last files, without what may differ between equal runs. Untrusted bytes.
   virtual Result<std::vector<uint8_t>> read_run_file(const std::filesystem::path& folder,

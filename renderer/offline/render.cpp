@@ -28,13 +28,14 @@
 #include "renderer/live_scene/asset_files.h"
 #include "renderer/loading/disk_caches.h"
 #include "renderer/offline/frame_folder.h"
-#include "renderer/offline/motion_framing.h"
 #include "renderer/offline/offline_loop.h"
-#include "renderer/offline/output_images.h"
+#include "renderer/offline/output_frames.h"
+#include "renderer/offline/recorded_streams.h"
 #include "renderer/offline/timeline.h"
 #include "renderer/passes/outputs/outputs_pass.h"
 #include "renderer/passes/path/path_pass.h"
 #include "renderer/passes/texture_capacity.h"
+#include "renderer/passes/view/framing.h"
 #include "renderer/scene/cache/scene_digest.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/sinks/video/video_sink.h"
@@ -267,6 +268,55 @@ void warn_of_other_machine(const FrameFolder& folder, const Machine& machine) {
               "), the others will be by " + machine.device + " (" + machine.driver + ", " + machine.cpu +
               "): they may differ in a pixel's last digits");
 }
+
+// Points of the scene at up to 24 frames of all shards, evenly spread, for a camera that frames all of the
+// motion. What streams add to the scene is left out. Reads the recording once.
+Result<std::vector<glm::vec3>> points_over_motion(const scene::Scene& scene,
+                                                  const RecordedStreams::Open& open_recording,
+                                                  const Timeline& timeline, const FrameTimes& times,
+                                                  const std::function<bool()>& should_stop) {
+  constexpr uint64_t kMaxSamples = 24;
+  state::PoseState poses(scene);
+  auto streams = RecordedStreams::open(open_recording, timeline, poses);
+  if (!streams) return streams.error();
+  std::vector<glm::vec3> points;
+  std::vector<glm::mat4> world_from_node(scene.nodes.size());
+  const uint64_t samples = std::min(times.frames, kMaxSamples);
+  for (uint64_t i = 0; i < samples && !should_stop(); ++i) {
+    const uint64_t frame = samples == 1 ? 0 : i * (times.frames - 1) / (samples - 1);
+    streams->advance(times.at_ns(frame));
+    for (uint32_t node = 0; node < world_from_node.size(); ++node)
+      world_from_node[node] = poses.world_from_node(node);
+    const std::vector<glm::vec3> moved = passes::framing_points(scene, world_from_node);
+    points.insert(points.end(), moved.begin(), moved.end());
+  }
+  return points;
+}
+
+// Images of one camera with the outputs of fire3dv render --outputs.
+class OutputImages final : public ImageSet {
+ public:
+  explicit OutputImages(wire::ImageOutputs outputs) : outputs_(outputs) {}
+
+  wire::ImageOutputs outputs() const override { return outputs_; }
+  const std::vector<std::string>& cameras() const override { return cameras_; }
+  // Motion and occlusion are those since the image before.
+  uint32_t flow_frames() const override { return outputs_.needs_last_image() ? 1 : 0; }
+  bool has_flow_forward() const override { return false; }
+  bool has_motion_planes() const override { return true; }
+  Result<std::shared_ptr<FrameFormat>> open_format(const scene::Scene&, const std::filesystem::path&,
+                                                   Settings& settings) override {
+    settings.emplace_back(kOutputsSetting, outputs_text(outputs_));
+    return std::shared_ptr<FrameFormat>(std::make_shared<OutputFrames>(outputs_));
+  }
+  Result<void> check_camera(size_t, const app::CameraRig::Placed&) const override { return {}; }
+  void add_poses(uint64_t, const app::CameraRig::Placed&, const app::CameraRig::Placed*,
+                 const state::PoseState&) override {}
+
+ private:
+  const wire::ImageOutputs outputs_;
+  const std::vector<std::string> cameras_;  // none: that of the drawing options
+};
 
 class Render {
  public:

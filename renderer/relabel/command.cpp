@@ -26,6 +26,7 @@
 #include "renderer/dataset/command.h"
 #include "renderer/dataset/labels/description.h"
 #include "renderer/loading/disk_caches.h"
+#include "renderer/offline/manifest.h"
 #include "renderer/offline/offline_loop.h"
 #include "renderer/relabel/demonstration.h"
 #include "renderer/relabel/hdf5/hdf5_table.h"
@@ -137,6 +138,10 @@ Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
   auto loaded = load.wait();
   if (!loaded) return loaded.error();
   const scene::Scene& scene = (*loaded)->scene;
+  // Reading may take minutes: a mistyped name ends the run before.
+  if (options_.dataset) {
+    if (auto good = dataset::check(*options_.dataset, scene, load.gltf_file()); !good) return good;
+  }
   auto robot = robot::find_robot(load.gltf_file(), !is_demonstration);
   if (!robot) {
     log_message(warning(robot.error().message + "; joint states cannot move it"));
@@ -147,6 +152,7 @@ Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
   choices.frame_prefix = options_.prefix;
   choices.fixed_frame = options_.fixed_frame;
   choices.is_z_up = options_.is_z_up;
+  choices.is_in_degrees = options_.in_degrees;
   choices.find_node = [&](std::string_view name) { return find_node(scene, names, name); };
   choices.robot = *robot ? &**robot : nullptr;
   Progress progress("fire3dv", "reading " + printable_text(options_.states.string(), 200) + ":");
@@ -155,6 +161,9 @@ Result<void> Relabel::write(std::unique_ptr<record::Sink> sink) {
     progress.update("", static_cast<uint64_t>(std::llround(done * double{kTotal})), kTotal);
     return !app::stop_was_requested();
   };
+  if (is_demonstration && options_.in_degrees)
+    return Error{
+        "--joint-unit deg is for joint states and LeRobot data sets: MuJoCo's positions are radians"};
   if (has_positions && !choices.robot)
     return Error{
         quote(options_.drawing.scene.string()) + " has no joints: name the " +
@@ -221,12 +230,19 @@ int run(const RelabelOptions& options) {
     dataset.run.recording = options.states.string();
     return dataset::run(dataset);
   }
+  std::error_code fault;
+  const bool is_new = !std::filesystem::exists(options.recording, fault);
   if (Result<void> done = Relabel(options).import_states(); !done) return report_failure(done.error());
   if (!options.dataset) {
     log_message("wrote " + options.recording.string());
     return 0;
   }
-  return dataset::run(*options.dataset);
+  const int exit_code = dataset::run(*options.dataset);
+  // A recording of which no image was drawn would stand in the way of the next command.
+  if (exit_code != 0 && is_new && !app::stop_was_requested() &&
+      !std::filesystem::exists(options.dataset->run.out / offline::kManifestName, fault))
+    std::filesystem::remove(options.recording, fault);
+  return exit_code;
 }
 
 }  // namespace fire3dv::relabel

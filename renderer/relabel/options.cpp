@@ -8,6 +8,7 @@
 #include "base/command_line.h"
 #include "base/files.h"
 #include "renderer/offline/drawing_words.h"
+#include "renderer/offline/inputs/input_kind.h"
 
 namespace fire3dv::relabel {
 namespace {
@@ -43,7 +44,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
   group.add("--fixed-frame", options.fixed_frame, "FRAME", "frame at the scene's origin (see manual)");
   group.add("--demo", options.demo, "NAME", "demonstration of an HDF5 file, such as demo_0");
   group.add("--episode", options.episode, "N", "episode of a LeRobot data set, from 0");
-  group.add_choice("--joint-unit", joint_unit, "rad|deg", "unit of angles in a LeRobot data set");
+  group.add_choice("--joint-unit", joint_unit, "rad|deg", "unit of joint angles");
   group.add_choice("--up", up, "z|y", "axis of the fixed frame that points up");
   offline::Words words = offline::split_words(argc, argv, kWithValue, kFlags);
   if (const auto exit_code = offline::parse_own_words(app, kCommand, words)) return *exit_code;
@@ -52,6 +53,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
     return refuse(
         "name a recording and a scene first: fire3dv relabel STATES SCENE --format FORMAT --out DIR");
   if (out.empty()) return refuse("--out: name a folder for the data set, or FILE.mcap for a recording alone");
+  if (const auto wrong = offline::find_wrong_inputs(kCommand, words.rest)) return refuse(*wrong);
   options.states = words.rest[0];
   options.is_z_up = up == "z";
   options.in_degrees = joint_unit == "deg";
@@ -59,6 +61,11 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
 
   if (lower_extension(out) == ".mcap") {
     options.recording = out;
+    for (const std::string& word : words.rest) {
+      if (dataset::is_own_option(word))
+        return refuse(word.substr(0, word.find('=')) + " is for a data set, and --out " + out +
+                      " names a recording alone: name a folder with --out, or leave that option out");
+    }
     auto drawing = offline::parse_drawing(kCommand, argv[0], std::move(words.rest));
     if (const int* exit_code = std::get_if<int>(&drawing)) return *exit_code;
     options.drawing = std::move(std::get<offline::Drawing>(drawing).options);
@@ -66,7 +73,7 @@ std::variant<RelabelOptions, int> parse_relabel_options(int argc, char** argv) {
     options.recording = recording_beside(out);
     std::vector<std::string> rest{argv[0], "dataset", options.recording.string()};
     rest.insert(rest.end(), words.rest.begin(), words.rest.end());
-    rest.insert(rest.end(), {"--out", out});
+    rest.insert(rest.end(), {"--out", out, "--frame-motion"});
     std::vector<char*> pointers;
     for (std::string& word : rest) pointers.push_back(word.data());
     auto dataset = dataset::parse_dataset_options(static_cast<int>(pointers.size()), pointers.data());

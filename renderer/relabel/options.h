@@ -18,7 +18,7 @@ struct RelabelOptions {
   std::string prefix, fixed_frame;
   std::string demo;                 // of an HDF5 file; empty: the only one
   std::optional<uint64_t> episode;  // of a LeRobot data set; nullopt: the only one
-  bool in_degrees = false;          // angles of joints, of a LeRobot data set
+  bool in_degrees = false;          // angles of joint states and LeRobot data sets
   bool is_z_up = true;
   app::Options drawing;                            // with the scene
   std::optional<dataset::DatasetOptions> dataset;  // nothing: the recording alone is written

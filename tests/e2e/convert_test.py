@@ -304,6 +304,13 @@ def meshes(test):
     check(any([round(x, 6) for x in accessor.get("max", [])] == [0.0254] * 3 for accessor in accessors), accessors)
     renderer = test.renderer("--frames", "1", "--unit", "mm", "--up", "y", scene=test.path("cube.stl"), size=SIZE)
     renderer.expect_exit(0)
+    # A cube of 70 mm in a file without a unit is a cube of 70 m.
+    write(test, "large.obj", "".join("v %d %d %d\n" % tuple(70 * x for x in corner) for corner in corners) +
+          "".join("f %d %d %d\n" % tuple(i + 1 for i in face) for face in faces))
+    hint = "large.obj: its meshes are 121 m large: if these are millimetres, set --unit mm"
+    for unit in ((), ("--unit", "mm")):
+        said = draw(test, test.path("large.obj"), *unit)[1]
+        check(any(hint in line for line in said) == (not unit), said)
     png = test.path("image.stl")
     with open(png, "wb") as file:
         file.write(b"\x89PNG\r\n")

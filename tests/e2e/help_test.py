@@ -44,8 +44,17 @@ def check_suggestion(program):
     assert "did you mean" not in result.stderr, result.stderr
 
 
+def check_commands(program):
+    """A mistyped command is no scene."""
+    for words, hint in ((["datset", "x.glb"], "did you mean \"dataset\"?"), (["train"], "there are \"dataset\", \"doctor\", \"join\"")):
+        result = subprocess.run([program, *words], capture_output=True, text=True, timeout=60)
+        assert result.returncode == 2 and f"there is no command and no file \"{words[0]}\"; {hint}" in result.stderr, result.stderr
+
+
 for program in sys.argv[1:]:
     check(program.split(":"))
     if ":" not in program:
         check_version(program)
         check_suggestion(program)
+    if program.rsplit("/", 1)[-1] == "fire3dv":
+        check_commands(program)

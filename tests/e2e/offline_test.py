@@ -216,8 +216,8 @@ def joints_are_moved(test):
 def shards_are_the_whole(test):
     folder = whole_run(test)
     parts = [test.path(f"part{i}") for i in (1, 2, 3)]
-    for i, part in enumerate(parts, 1):
-        render(test, recording(test), part, "--fps", FPS, "--shard", f"{i}/3")
+    for i, part in enumerate(parts, 1):  # one of them on two devices
+        render(test, recording(test), part, "--fps", FPS, "--shard", f"{i}/3", *(["--devices", "0,0"] if i == 2 else []))
     check(sum(len(files_of(part)) - 1 for part in parts) == FRAMES, "a frame is in no part or in two")
     joined = test.path("joined")
     said = join(test, parts[2], parts[0], parts[1], "--out", joined)
@@ -232,6 +232,8 @@ def shards_are_the_whole(test):
     lists = [[{**line, "file": ""} for line in lines_of(path)]
              for path in (straight + ".jsonl", together + ".jsonl", os.path.join(folder, "frames.jsonl"))]
     check(lists[0] == lists[1] == lists[2], "the lists beside videos are other ones")
+
+    outputs_are_written(test)
 
     # Shards that do not match, or are incomplete, are reported.
     said = join(test, parts[0], parts[2], "--out", test.path("x.mp4"), code=1)
@@ -258,6 +260,36 @@ def shards_are_the_whole(test):
     said = join(test, *parts, "--out", test.path("x.mp4"), code=1)
     check("frame_000015.png is not the frame that its name says" in said, said)
     check(not any(name.startswith("x.mp4") for name in os.listdir(test.folder)), "something is left of a video that failed")
+
+
+def outputs_are_written(test):
+    """All outputs of each frame; motion is that since the frame before, also at the beginning of a shard."""
+    outputs = "color,linear,depth,instance,semantic,normal,motion,occlusion,albedo,roughness,metallic,position,boxes2d,boxes3d,amodal"
+    arguments = ("--fps", FPS, "--start", 13 / FPS, "--end", 19 / FPS, "--outputs", outputs)  # between two changes of the scene
+    folder, parts, joined = test.path("outputs"), [test.path(f"outputs{i}") for i in (1, 2)], test.path("outputs joined")
+    render(test, recording(test), folder, *arguments)
+    lines = lines_of(os.path.join(folder, "frames.jsonl"))
+    for line in lines:
+        check(set(line["planes"]) == set(outputs.split(",")) - {"color", "boxes2d", "boxes3d"}, f"{line}")
+        check(line["boxes2d"] and line["boxes3d"] and line["amodal"] and len(line["bytes"]) == 13, f"{line}")
+        check(pixels_of(folder, line) == read_png(os.path.join(whole_run(test), f"frame_{line['frame'] + 13:06}.png")).rows, "other colours")
+    motions = [open(os.path.join(folder, line["planes"]["motion"]), "rb").read()[128:] for line in lines]
+    check(not any(motions[0]) and all(any(motion) for motion in motions[1:]), "motion")
+    for i, part in enumerate(parts, 1):
+        render(test, recording(test), part, *arguments, "--shard", f"{i}/2")
+    join(test, *parts, "--out", joined)
+    check(files_of(joined) == files_of(folder), "joined shards of outputs are other bytes than a single run")
+    for name in ("frame_000003.motion.npy", "frame_000005.png"):
+        os.unlink(os.path.join(folder, name))
+    said = render(test, recording(test), folder, *arguments)
+    check("5 images are there already" in said and files_of(joined) == files_of(folder), "what was gone on with is other bytes")
+    said = render(test, recording(test), folder, *arguments[:-1], "color,depth", code=1)
+    check("outputs is " in said, said)
+    said = render(test, recording(test), test.path("x"), *arguments, "--devices", "0,0", code=1)
+    check("flow and motion compare images of one device" in said, said)
+    arrays = test.path("depth alone")
+    render(test, recording(test), arrays, *arguments[:-1], "depth")
+    check("have no colours for a video" in join(test, arrays, "--out", test.path("x.mp4"), code=1), "a video without colours")
 
 
 def a_killed_run_is_gone_on_with(test):
@@ -361,6 +393,8 @@ def bad_input(test):
         content = whole.read()
         part.write(content[:len(content) // 2])
     open(empty, "w").close()
+    with open(test.path("bag.db3"), "wb") as other:
+        other.write(b"SQLite format 3\0")
     for arguments, code, sentence in (
             ([], 2, "name the recording first"),
             ([file], 2, "--out: name a video"),
@@ -370,7 +404,11 @@ def bad_input(test):
             ([file, test.scene, "--out", "x.avi"], 2, ".mp4, .mkv or .webm"),
             ([file, test.scene, "--out", "x.mp4", "--shard", "1/2"], 2, "name a folder"),
             ([file, test.scene, "--out", out, "--listen", "shm://x"], 2, "--listen"),
-            ([file, test.scene, "--out", out, "--outputs", "depth"], 2, "writes colours alone"),
+            ([file, test.scene, "--out", out, "--outputs", "depht"], 2, "--outputs"),
+            ([file, test.scene, "--out", "x.mp4", "--outputs", "depth"], 2, "name a folder with --out"),
+            ([test.scene, file, "--out", out], 2, f"the recording comes first, then the scene: fire3dv render {file} {test.scene}"),
+            ([test.scene, "--out", out], 2, "is a scene, and no recording: fire3dv dataset draws scenes"),
+            ([test.path("bag.db3"), test.scene, "--out", out], 2, "holds states of another program, which fire3dv relabel draws"),
             ([file, test.scene, "--out", out, "--play=latest"], 2, "--play is for streams that are live"),
             ([file, test.scene, "--out", out, "--start", "nan"], 2, "--start"),
             ([file, test.scene, "--out", out, "--start", "5"], 1, "is 0.790 s of simulated time long"),

@@ -167,7 +167,7 @@ def refusals(test):
             (("--render", "path", "--stereo", "eye,auto"), "one view"),
             (("--render", "path", "--devices", "0,0", "--listen", "shm://path_test"), "--device instead"),
             (("--render", "path", "--serve", "127.0.0.1:0"), "add --headless"),
-            (("--render", "path", *headless), "add --frames 1"),
+            (("--render", "path", "--headless", "--stats", test.path("none.csv")), "add --frames 1"),
             (("--render", "path", *headless, "--frames", "1", "--shadows", "map"), "leave --shadows"),
             (("--render", "path", *headless, "--frames", "1", "--view", "depth"), "exclude each other"),
             (("--render", "path", "--headless", "--frames", "1", "--listen", "shm://path_test"), "add --on-request"),

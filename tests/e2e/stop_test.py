@@ -123,7 +123,7 @@ def on_request(test):
 def second_signal(test):
     """A second Ctrl-C does not wait for the deadline."""
     scene = write_layers(test.path("layers.glb"))
-    renderer = start(test, "fire3dv", scene, "--headless", "--out", test.path("images"))
+    renderer = start(test, "fire3dv", scene, "--headless", "--out", test.path("images"), "--frames", "1000")
     renderer.wait_err("drawn ")
     time.sleep(0.5)
     renderer.signal(signal.SIGINT)

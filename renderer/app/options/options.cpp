@@ -296,7 +296,7 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   if (!options.recording.record.empty() && !receives)
     return usage_error("--record needs a --listen URI or a --replay file");
   if (const auto wrong = check_recording_options(options.recording)) return usage_error(*wrong);
-  if (!options.devices.empty() && options.listen.empty())
+  if (!options.devices.empty() && needs_scene && options.listen.empty())
     return usage_error("--devices spreads requested images: add --listen URI");
   if (options.on_request && (!options.headless || options.listen.empty() || !options.out.empty()))
     return usage_error("--on-request needs --headless and a --listen URI, and excludes --out");
@@ -356,6 +356,14 @@ std::variant<Options, UsageError> parse_words(const std::vector<std::string>& wo
   return options;
 }
 
+// True for a run that would write the same image without end.
+bool writes_equal_images(const Options& options) {
+  const bool is_live = !options.listen.empty() || !options.recording.replay.empty() ||
+                       !options.serve.empty() || !options.metrics.empty() || options.watch;
+  return options.headless && !options.out.empty() && options.frames == 0 && !options.list_devices &&
+         !is_live && options.animate.empty() && options.stats.empty();
+}
+
 }  // namespace
 
 ViewDefaults view_defaults(const Options& options) {
@@ -373,7 +381,13 @@ std::variant<Options, int> parse_options(int argc, char** argv, bool needs_scene
                         parse, words, [](const char* name) { return std::getenv(name); }, notes)
                   : parse(words, OptionChecks::all, nullptr);
   for (const std::string& note : notes) std::cerr << "fire3dv: info: " << note << "\n";
-  if (auto* options = std::get_if<Options>(&parsed)) return std::move(*options);
+  if (auto* options = std::get_if<Options>(&parsed)) {
+    if (needs_scene && writes_equal_images(*options)) {
+      options->frames = 1;
+      std::cerr << "fire3dv: info: one image is written, since nothing moves; --frames N writes more\n";
+    }
+    return std::move(*options);
+  }
   const UsageError& error = std::get<UsageError>(parsed);
   if (!error.text.empty()) std::cerr << "fire3dv: error: " << error.text << " (see fire3dv --help)\n";
   return error.exit_code;

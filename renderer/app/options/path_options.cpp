@@ -66,7 +66,7 @@ std::optional<std::string> check_path_options(const CLI::App& app, bool offline,
     return "--render path traces all shadows: leave --shadows and --shadow-rays out";
   if (draw.ray_effects.on.any()) return "--render path traces all light: leave --ray-effects out";
   if (!offline && !in_window && !options.on_request && !is_served && options.frames == 0 &&
-      !options.list_devices && options.recording.replay.empty())
+      options.out.empty() && !options.list_devices && options.recording.replay.empty())
     return "--render path would draw the same image again and again: add --frames 1";
   return std::nullopt;
 }

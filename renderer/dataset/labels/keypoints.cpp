@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "base/files.h"
+#include "base/nearest_names.h"
 #include "base/text.h"
+#include "renderer/scene/model/node_names.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -184,7 +186,9 @@ Result<void> read_keypoints(const scene::Scene& scene, const std::filesystem::pa
   if (!side.is_object()) return Error{name + " is not JSON of the form {\"NODE\": {\"tip\": [x, y, z]}}"};
   for (const auto& [node, points] : side.items()) {
     const std::vector<uint32_t> found = find_nodes(scene, node);
-    if (found.empty()) return Error{name + ": no node of the scene has the name or path " + quote(node)};
+    if (found.empty())
+      return Error{name + ": no node of the scene has the name or path " + quote(node) +
+                   name_hint(node, scene::node_names(scene, node), "nodes")};
     if (auto added = add_points(found, node, points, description); !added)
       return Error{name + ": " + added.error().message};
   }

@@ -9,9 +9,11 @@
 #include <set>
 #include <tuple>
 
+#include "base/nearest_names.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "renderer/scene/clusters/clusters.h"
+#include "renderer/scene/model/node_names.h"
 #include "renderer/scene/model/vertices.h"
 
 namespace fire3dv::dataset {
@@ -129,7 +131,9 @@ Result<std::set<uint32_t>> find_wanted(const scene::Scene& scene, std::span<cons
       found = true;
       nodes.insert(n);
     }
-    if (!found) return Error{"--object: no node has the name or path " + quote(name)};
+    if (!found)
+      return Error{"--object: no node has the name or path " + quote(name) +
+                   name_hint(name, scene::node_names(scene, name), "nodes")};
   }
   return nodes;
 }

@@ -68,6 +68,8 @@ class Layout {
                             const offline::FrameLines&) const {
     return {};
   }
+  // Names of what pack() writes and no check makes again.
+  virtual std::vector<std::string> unlisted_names() const { return {}; }
   // True if the files of the whole set hold all images, whose own files may be gone: pack() and
   // remove_loose() have ended, or only pack() has.
   virtual bool is_packed(const std::filesystem::path&) const { return false; }

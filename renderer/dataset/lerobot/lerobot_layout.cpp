@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr const char* kImagesFolder = "images/";  // LeRobot's upload leaves it out
 constexpr uint32_t kMinSide = 16;                 // of H.265
 
-// Images lie in images/, from which complete() makes videos; they stay, since videos lose colours.
+// Images lie in images/, from which pack() makes videos; they stay, since videos lose colours.
 class LerobotLayout final : public Layout {
  public:
   Result<void> check(const Description& description) const override;
@@ -33,8 +33,14 @@ class LerobotLayout final : public Layout {
   Result<std::vector<std::vector<uint8_t>>> encode(const Description& description,
                                                    const sinks::FrameImage& image, const ImageLabels& labels,
                                                    std::vector<uint8_t> color) const override;
-  Result<void> complete(const fs::path& folder, const Description& description,
-                        const offline::FrameLines& lines) const override;
+  // Tables count the packets of the videos.
+  Result<void> pack(const fs::path& folder, const Description& description,
+                    const offline::FrameLines& lines) const override;
+  Result<std::vector<offline::FolderFile>> list_files(const Description&,
+                                                      const offline::FrameLines&) const override {
+    return std::vector<offline::FolderFile>();
+  }
+  std::vector<std::string> unlisted_names() const override { return {"data/", "meta/", "videos/"}; }
   std::string conventions(const Description& description) const override;
 };
 
@@ -86,8 +92,8 @@ Result<std::vector<std::vector<uint8_t>>> LerobotLayout::encode(const Descriptio
   return files;
 }
 
-Result<void> LerobotLayout::complete(const fs::path& folder, const Description& description,
-                                     const offline::FrameLines& lines) const {
+Result<void> LerobotLayout::pack(const fs::path& folder, const Description& description,
+                                 const offline::FrameLines& lines) const {
   const uint64_t frames = lines.size() / description.cameras.size();
   if (frames == 0) return {};
   const auto videos = write_videos(folder, *this, description, frames);

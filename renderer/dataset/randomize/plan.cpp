@@ -11,8 +11,10 @@
 
 #include "base/digest.h"
 #include "base/files.h"
+#include "base/nearest_names.h"
 #include "base/numbers.h"
 #include "base/text.h"
+#include "base/words.h"
 
 namespace fire3dv::dataset {
 namespace {
@@ -154,7 +156,13 @@ class Parser {
         }
         known += (known.empty() ? "" : ", ") + std::string(rule.name);
       }
-      fail(field, "no such field of " + std::string(name_of(section)) + ": there are " + known);
+      std::vector<std::string> names;
+      for (const Rule& rule : kRules) {
+        if (rule.section == section) names.emplace_back(rule.name);
+      }
+      const std::vector<std::string> near = nearest_names(name, names, 1);
+      fail(field, "no such field of " + std::string(name_of(section)) + ": there are " + known +
+                      (near.empty() ? "" : "; did you mean " + near.front() + "?"));
     });
     check(section, entry, value);
     if (entry.find("path") && !entry.find("path_at")) {
@@ -166,16 +174,26 @@ class Parser {
   }
 
   void check(Section section, const Entry& entry, const YAML::Node& at) const {
+    std::vector<std::string> faults;  // all are reported
     const auto has = [&](const char* name) { return entry.find(name) != nullptr; };
     const auto needs = [&](const char* name, const char* other) {
-      if (has(name) && !has(other)) fail(at, std::string(name) + " needs " + other);
+      if (has(name) && !has(other)) faults.push_back(std::string(name) + " needs " + other);
     };
     const auto excludes = [&](const char* name, const char* other) {
-      if (has(name) && has(other)) fail(at, std::string(name) + " and " + other + ": choose one of them");
+      if (has(name) && has(other))
+        faults.push_back(std::string(name) + " and " + other + ": choose one of them");
     };
-    for (const char* other : {"look_at", "azimuth_deg", "elevation_deg"}) needs("distance_m", other);
-    needs("azimuth_deg", "distance_m");
-    needs("elevation_deg", "distance_m");
+    // A place on a shell has all four.
+    std::vector<std::string> given, missing;
+    for (const char* name : {"distance_m", "azimuth_deg", "elevation_deg"})
+      (has(name) ? given : missing).push_back(name);
+    if (!given.empty() && !has("look_at")) missing.insert(missing.begin(), "look_at");
+    if (!given.empty() && !missing.empty()) {
+      std::string list = missing.back();
+      missing.pop_back();
+      if (!missing.empty()) list = joined(missing) + " and " + list;
+      faults.push_back(joined(given, " and ") + (given.size() == 1 ? " needs " : " need ") + list);
+    }
     needs("look_at_offset_m", "look_at");
     excludes("position_m", "distance_m");
     needs("path_at", "path");
@@ -183,10 +201,12 @@ class Parser {
     excludes("path", "distance_m");
     needs("focus_distance_m", "f_number");
     if (has("f_number") && !has("focus_distance_m") && !has("look_at"))
-      fail(at, "f_number needs focus_distance_m, or look_at to focus on");
-    if (section != Section::nodes) return;
-    excludes("position_m", "move_m");
-    excludes("rotation", "turn_deg");
+      faults.emplace_back("f_number needs focus_distance_m, or look_at to focus on");
+    if (section == Section::nodes) {
+      excludes("position_m", "move_m");
+      excludes("rotation", "turn_deg");
+    }
+    if (!faults.empty()) fail(at, joined(faults, "; "));
   }
 
   Field read_field(const Rule& rule, const YAML::Node& value) {
@@ -355,6 +375,35 @@ bool matches(std::string_view pattern, std::string_view text) {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
+namespace {
+
+// True if a word of the line begins with * outside of quotes.
+bool has_bare_star(const std::string& text, int line) {
+  size_t begin = 0;
+  for (; line > 0 && begin != std::string::npos; --line) {
+    begin = text.find('\n', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  if (begin == std::string::npos) return false;
+  char quote = 0, before = ' ';
+  for (size_t at = begin; at < text.size() && text[at] != '\n'; ++at) {
+    const char c = text[at];
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '#' && before == ' ') {
+      return false;
+    } else if (c == '*' && std::string_view(" {[,:").find(before) != std::string_view::npos) {
+      return true;
+    }
+    before = c;
+  }
+  return false;
+}
+
+}  // namespace
+
 Result<Plan> parse_plan(const std::string& text, const std::string& file) {
   const std::string name = printable_text(file, 1000);
   Plan plan;
@@ -369,6 +418,10 @@ Result<Plan> parse_plan(const std::string& text, const std::string& file) {
     return Error{fault.what()};
   } catch (const YAML::Exception& fault) {
     const std::string line = fault.mark.is_null() ? "" : ":" + std::to_string(fault.mark.line + 1);
+    if (!fault.mark.is_null() && has_bare_star(text, fault.mark.line))
+      return Error{
+          name + line +
+          ": a name with * stands in quotes, as in \"*\": or \"*_screw\": (YAML has another use of *)"};
     return Error{name + line + ": cannot be read as YAML: " + printable_text(fault.msg, 200)};
   }
   return plan;

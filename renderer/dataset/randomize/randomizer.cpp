@@ -8,10 +8,12 @@
 #include <set>
 
 #include "base/log.h"
+#include "base/nearest_names.h"
 #include "base/text.h"
 #include "base/words.h"
 #include "renderer/passes/view/view.h"
 #include "renderer/scene/derived/variants.h"
+#include "renderer/scene/model/node_names.h"
 #include "renderer/scene/textures/environment.h"
 #include "renderer/state/edits/node_transform.h"
 
@@ -186,27 +188,42 @@ Randomizer::Randomizer(const Plan& plan, const std::vector<std::string>& cameras
 std::vector<Randomizer::Unmatched> Randomizer::unmatched(const Plan& plan, const scene::Scene& scene,
                                                          const std::vector<std::string>& cameras) {
   std::vector<Unmatched> found;
-  const auto check = [&](Section section, const char* what, auto&& has) {
+  const auto check = [&](Section section, const char* what, auto&& has, auto&& known) {
     for (const Entry& entry : plan.of(section)) {
-      if (!has(entry.pattern))
-        found.push_back({plan.file + ":" + std::to_string(entry.line) + ": " + name_of(section) + ": no " +
-                             what + " has the name " + quote(entry.pattern),
-                         entry.pattern.find('*') != std::string::npos});
+      if (has(entry.pattern)) continue;
+      std::string word = entry.pattern;
+      std::erase(word, '*');
+      found.push_back({plan.file + ":" + std::to_string(entry.line) + ": " + name_of(section) + ": no " +
+                           what + " has the name " + quote(entry.pattern) +
+                           name_hint(word, known(word), name_of(section)),
+                       entry.pattern.find('*') != std::string::npos});
     }
   };
   const auto any = [](const std::vector<std::string>& names, const std::string& pattern) {
     return std::any_of(names.begin(), names.end(), [&](const auto& name) { return matches(pattern, name); });
   };
   const std::vector<std::string> names = names_of(scene.nodes), paths = paths_of(scene.nodes);
-  check(Section::cameras, "camera of the set", [&](const std::string& p) { return any(cameras, p); });
-  check(Section::nodes, "node", [&](const std::string& p) { return any(names, p) || any(paths, p); });
-  check(Section::materials, "material",
-        [&](const std::string& p) { return any(names_of(scene.materials), p); });
-  check(Section::lights, "node with a light", [&](const std::string& p) {
-    return std::any_of(scene.nodes.begin(), scene.nodes.end(), [&](const scene::Node& node) {
-      return node.light != scene::kNone && (matches(p, node.name) || matches(p, node.path));
-    });
-  });
+  check(
+      Section::cameras, "camera of the set", [&](const std::string& p) { return any(cameras, p); },
+      [&](const std::string&) { return cameras; });
+  check(
+      Section::nodes, "node", [&](const std::string& p) { return any(names, p) || any(paths, p); },
+      [&](const std::string& word) { return scene::node_names(scene, word); });
+  check(
+      Section::materials, "material", [&](const std::string& p) { return any(names_of(scene.materials), p); },
+      [&](const std::string&) { return names_of(scene.materials); });
+  std::vector<std::string> lights;
+  for (const scene::Node& node : scene.nodes) {
+    if (node.light != scene::kNone) lights.push_back(node.name.empty() ? node.path : node.name);
+  }
+  check(
+      Section::lights, "node with a light",
+      [&](const std::string& p) {
+        return std::any_of(scene.nodes.begin(), scene.nodes.end(), [&](const scene::Node& node) {
+          return node.light != scene::kNone && (matches(p, node.name) || matches(p, node.path));
+        });
+      },
+      [&](const std::string&) { return lights; });
   return found;
 }
 
@@ -225,8 +242,12 @@ Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::Dr
       parameters += object.fields.fields.size();
       const Field* const target = object.fields.find("look_at");
       if (target && !target->node.empty() && names_->find(target->node) == scene::kNone)
-        return Error{plan_.file + ": " + object.title + "look_at: the scene has no single node " +
-                     quote(target->node) + ": write its name or path, or [x, y, z]"};
+        return Error{plan_.file + ":" + std::to_string(target->line) + ": " + object.title +
+                     "look_at: the scene has no single node " + quote(target->node) +
+                     ": write its name or path, or [x, y, z]" +
+                     (names_->has(target->node)
+                          ? "; several have it"
+                          : name_hint(target->node, scene::node_names(scene, target->node), "nodes"))};
     }
   }
   if (parameters > kMaxParameters)
@@ -281,11 +302,17 @@ Result<void> Randomizer::check_lights() const {
   for (const Object& object : lights_) {
     if (is_placed(object.fields)) placed.insert(object.index);
   }
+  const auto line_of = [&](uint32_t light) {
+    const auto object = std::ranges::find(lights_, light, &Object::index);
+    const Field* const field = object->fields.find("look_at");
+    return (field ? field : object->fields.find("position_m"))->line;
+  };
   for (const uint32_t light : placed) {
     for (uint32_t above = scene_->nodes[light].parent; above != scene::kNone;
          above = scene_->nodes[above].parent) {
       if (placed.contains(above))
-        return Error{plan_.file + ": lights: " + quote(scene_->nodes[light].path) +
+        return Error{plan_.file + ":" + std::to_string(line_of(light)) +
+                     ": lights: " + quote(scene_->nodes[light].path) +
                      " lies below a light that is placed, too: place one of them"};
     }
   }

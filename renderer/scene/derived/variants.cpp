@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/nearest_names.h"
 #include "base/text.h"
 
 namespace fire3dv::scene {
@@ -9,8 +10,9 @@ namespace fire3dv::scene {
 Result<uint32_t> find_variant(const Scene& scene, std::string_view name) {
   const auto found = std::find(scene.variants.begin(), scene.variants.end(), name);
   if (found != scene.variants.end()) return static_cast<uint32_t>(found - scene.variants.begin());
-  return Error{"there is no material variant " + quote(name) +
-               (scene.variants.empty() ? ": the file has none" : "; choose one of " + variant_names(scene))};
+  return Error{
+      "there is no material variant " + quote(name) +
+      (scene.variants.empty() ? ": the file has none" : name_hint(name, scene.variants, "variants"))};
 }
 
 uint32_t variant_of_same_name(uint32_t variant, const Scene& before, const Scene& after) {

@@ -25,6 +25,8 @@ constexpr const char* kByName =
     "or .sdf";
 constexpr const char* kUnpack = "unpack it first";
 constexpr const char* kNameScene = "name a scene in glTF (.glb or .gltf)";
+constexpr const char* kRelabel =
+    "states of other programs are drawn by fire3dv relabel FILE SCENE --format FORMAT --out DIR";
 constexpr const char* kPoints = "point clouds are not drawn: make a mesh of it, for example with MeshLab";
 
 struct Signature {
@@ -61,7 +63,9 @@ constexpr Signature kSignatures[] = {
     {"\x28\xB5\x2F\xFD", "a Zstandard archive", kUnpack},
     {"\x1F\x8B", "a gzip archive", kUnpack},
     {"\x89MCAP0\r\n", "a recording (MCAP)", "replay it: fire3dv SCENE.glb --replay FILE"},
-    {"#ROSBAG", "a ROS bag", kNameScene},
+    {"#ROSBAG", "a ROS 1 bag", "convert it to a bag of ROS 2, and draw that by fire3dv relabel"},
+    {"SQLite format 3", "a bag of ROS 2 or another SQLite database", kRelabel},
+    {"\x89HDF\r\n\x1a\n", "an HDF5 file", kRelabel},
     {"\x89PNG", "a PNG image", kNameScene},
     {"\xFF\xD8\xFF", "a JPEG image", kNameScene},
     {"GIF8", "a GIF image", kNameScene},

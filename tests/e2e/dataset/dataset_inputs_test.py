@@ -62,7 +62,7 @@ def the_first_camera_is_named(test):
     out = test.path("view")
     run(test, out, "--format", "coco", inputs=[scene])
     check(read_json(os.path.join(out, "dataset.json"))["cameras"] == ["auto"], "the title")
-    check(lines_of(out)[0]["camera"] == "free", f"{lines_of(out)[0]['camera']}")
+    check(lines_of(out)[0]["camera"] == "auto", f"{lines_of(out)[0]['camera']}")
 
 
 

@@ -268,7 +268,7 @@ def variants_are_drawn(test):
     check(seen == {"red", "green"}, f"{seen}")
     parts = [test.path(f"variant{i}") for i in (1, 2)]
     for i, part in enumerate(parts, 1):
-        draw(test, part, "--format", "folder", "--shard", f"{i}/2", text=text, images=8, inputs=[scene])
+        draw(test, part, "--format", "folder", "--shard", f"{i}/2", "--devices", "0,0", text=text, images=8, inputs=[scene])
     joined = test.path("variants joined")
     join(test, *parts, "--out", joined)
     expect_same(joined, out, "joined shards with variants")
@@ -294,7 +294,7 @@ def maps_are_drawn(test):
     check(len(seen) == 2, f"{seen}")
     parts = [test.path(f"map{i}") for i in (1, 2)]
     for i, part in enumerate(parts, 1):
-        draw(test, part, *arguments, "--shard", f"{i}/2", text=text, images=5)
+        draw(test, part, *arguments, "--shard", f"{i}/2", "--devices", "0,0", text=text, images=5)
     joined = test.path("maps joined")
     join(test, *parts, "--out", joined)
     expect_same(joined, out, "joined shards with maps")

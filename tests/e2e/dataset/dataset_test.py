@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 
-from dataset_runs import DEPTH_UNIT_MM, METRE, RUN, expect_same, join, lines_of, names_of, run, scene_of, start, whole_run
+from dataset_runs import DEPTH_UNIT_MM, METRE, RUN, expect_same, join, lines_of, names_of, recording, run, scene_of, start, whole_run
 from harness import Program, check, main, vulkan_environment, wait_until
 from label_readers import BopImage, box_of, check_bop, decode_rle, pixels_of, points_of, read_color, read_json, read_ply, read_tiff
 from label_scene import CENTRES, CUBE_HALF, CUBES, FOCAL_PX, SIZE, SLAB, SPHERE_RADIUS, write_cubes, write_label_scene
@@ -64,7 +64,7 @@ def models_have_the_scale_of_their_nodes(test):
     folder = whole_run(test, "bop")
     description = read_json(os.path.join(folder, "dataset.json"))
     slab = next(each for each in description["instances"] if each["name"] == SLAB)
-    vertices, _ = read_ply(os.path.join(folder, "models", f"obj_{slab['object']:06}.ply"))
+    vertices, _ = read_ply(os.path.join(folder, "models", f"obj_{slab['obj_id']:06}.ply"))
     check(np.allclose(np.ptp(vertices[:, :3], 0), np.array([180, 4, 60]) * METRE, rtol=1e-4), f"the slab: {np.ptp(vertices[:, :3], 0)}")
     check(slab["class"] == 7, f"{slab}")
 
@@ -83,7 +83,7 @@ def shards_are_the_whole(test, form="bop"):
     folder = whole_run(test, form)
     parts = [test.path(f"{form} part{i}") for i in (1, 2)]
     for i, part in enumerate(parts, 1):
-        run(test, part, "--format", form, *RUN, "--shard", f"{i}/2")
+        run(test, part, "--format", form, *RUN, "--shard", f"{i}/2", *(["--devices", "0,0"] if i == 2 else []))
         check(not os.path.exists(os.path.join(part, "index.html")), "a part claims to be the whole")
     joined = test.path(f"{form} joined")
     join(test, *reversed(parts), "--out", joined)
@@ -300,6 +300,11 @@ def bad_input(test):
     out, scene = test.path("nowhere"), scene_of(test)
     plain = test.path("file")
     open(plain, "w").close()
+    file, bag, hdf5 = recording(test), test.path("bag"), test.path("states.hdf5")
+    os.mkdir(bag)
+    open(os.path.join(bag, "metadata.yaml"), "w").close()
+    with open(hdf5, "wb") as states:
+        states.write(b"\x89HDF\r\n\x1a\n" + bytes(8))
     for arguments, code, sentence in (
             ([], 2, "name a recording or a scene first"),
             ([scene, "--out", out], 2, "--format: name one of: bop coco yolo c3vd folder hdf5 webdataset"),
@@ -310,7 +315,12 @@ def bad_input(test):
             ([scene, "--format", "bop", "--out", out, "--end", "2"], 2, "--animate"),
             ([scene, "--format", "bop", "--out", out, "--depth-scale", "0"], 2, "--depth-scale"),
             ([scene, "--format", "bop", "--out", out, "--camera", "nope"], 1, "--camera nope"),
-            ([scene, "--format", "bop", "--out", out, "--object", "nope"], 1, '--object: no node has the name or path "nope"'),
+            ([scene, "--format", "bop", "--out", out, "--object", "bleu"], 1, '--object: no node has the name or path "bleu"; did you mean "blue"?'),
+            ([scene, file, "--format", "bop", "--out", out], 2, f"the recording comes first, then the scene: fire3dv dataset {file} {scene}"),
+            ([bag, scene, "--format", "bop", "--out", out], 2, f"{bag} holds states of another program, which fire3dv relabel draws: fire3dv relabel {bag} SCENE"),
+            ([hdf5, "--format", "bop", "--out", out], 2, f"fire3dv relabel {hdf5} SCENE"),
+            ([scene, "--format", "bop", "--out", "x.mcap"], 2, "a data set is a folder"),
+            ([file, scene, "--format", "folder", "--out", out, "--flow-frames", "1", "--devices", "0,0"], 1, "flow and motion compare images of one device"),
             ([test.scene, "--format", "bop", "--out", out], 1, "is orthographic"),
             ([scene, "--format", "bop", "--out", plain + "/x"], 1, "file/x")):
         program = Program(test, "dataset", [test.programs_at["fire3dv"], "dataset", *arguments], vulkan_environment())

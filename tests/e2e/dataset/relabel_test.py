@@ -272,6 +272,21 @@ def joint_states(test):
             for node, pose in zip(names, poses):
                 worst = max(worst, np.abs(pose - wanted[node][:3]).max())
         check(worst < 1e-6, f"{name}: poses differ by {worst}")
+    # Degrees are suspected, and read by choice.
+    with open(robot, "w", encoding="utf-8") as file:
+        file.write(URDF.replace('"prismatic"', '"revolute"'))
+    recorded = {}
+    for unit, factor, extra in (("rad", 1, ()), ("deg", 180 / np.pi, ("--joint-unit", "deg")), ("wrong", 180 / np.pi, ())):
+        writer = McapWriter()
+        for i in range(50):
+            states = {"shoulder": 0.02 * i * factor, "slide": (0.5 - 0.01 * i) * factor}
+            writer.write("/joint_states", "sensor_msgs/msg/JointState", "cdr", T0 + i * MS, cdr_joint_state(T0 + i * MS, states, "<"))
+        out = test.path(f"{unit}.mcap")
+        said = relabel(test, writer.save(test.path(f"{unit} bag.mcap")), robot, "--out", out, *extra)
+        check(("joint positions reach 56.15, " in said and "set --joint-unit deg" in said) == (unit == "wrong"), f"{unit}: {said}")
+        recorded[unit] = poses_of(out)[2]
+    worst = max(np.abs(a - b).max() for (_, left), (_, right) in zip(recorded["rad"], recorded["deg"]) for a, b in zip(left, right))
+    check(worst < 1e-6, f"degrees: poses differ by {worst}")
     said = relabel(test, test.path("fixed bag.mcap"), scene_of(test), "--out", test.path("none.mcap"), code=1)
     check("name the robot's URDF file as the scene" in said and not os.path.exists(test.path("none.mcap")), said)
 
@@ -321,6 +336,25 @@ def draws_a_data_set(test):
     for name in ("drawn", "drawn.mcap"):
         said = relabel(test, states, scene_of(test), *(() if name == "drawn.mcap" else ("--format", "coco")), "--out", test.path(name), code=1)
         check("would write to it: choose another" in said and "remove" not in said and os.path.exists(states), said)
+    # The camera that frames the scene frames its motion, and not its rest.
+    framed, rest = test.path("framed"), test.path("framed at rest")
+    short = ("--format", "coco", "--camera", "auto", "--rate", 10, *arguments[8:])
+    relabel(test, *arguments[:2], "--out", framed, *short)
+    cut = [line["frame"] for line in lines_of(framed) for each in line["instances"] if each["truncated"] and names[each["instance"]] in nodes]
+    check(not cut and len(lines_of(framed)) > 3, f"bodies are cut in {cut}")
+    program = Program(test, "dataset", [test.programs_at["fire3dv"], "dataset", framed + ".mcap", scene_of(test), "--out", rest, *map(str, short), "--cache", "off"],
+                      vulkan_environment())
+    program.expect_exit(0)
+    check(lines_of(rest)[0]["cam_t_w2c"] != lines_of(framed)[0]["cam_t_w2c"], "the view of the scene at rest")
+    # A mistyped name is found before the states are read, and leaves nothing in the way.
+    bad = test.path("mistyped")
+    for extra, reason in ((("--camera", "fornt"), 'did you mean "front"?'), (("--object", "rad"), 'did you mean "red"?')):
+        said = relabel(test, states, scene_of(test), "--format", "coco", "--out", bad, *extra, code=1)
+        check(reason in said and not os.path.exists(bad) and not os.path.exists(bad + ".mcap"), said)
+    said = relabel(test, states, scene_of(test), "--format", "coco", "--out", test.path("x.mcap"), code=2)
+    check("--format is for a data set" in said and "names a recording alone" in said, said)
+    said = relabel(test, scene_of(test), states, "--format", "coco", "--out", bad, code=2)
+    check(f"the recording comes first, then the scene: fire3dv relabel {states} {scene_of(test)}" in said, said)
     # Our own recordings need no import.
     again = test.path("again")
     relabel(test, test.path("set.mcap"), scene_of(test), "--format", "coco", "--out", again, *arguments[6:])

@@ -30,7 +30,7 @@ class Program:
                                   timeout=60, check=False, cwd="/")
             listed = set(re.findall(r"(?<![\w-])--?[a-zA-Z][\w-]*", done.stdout)) | {"--help", "-h", "--version"}
             self._known[subcommand] = listed if done.returncode == 0 else self.options()
-            if subcommand in ("render", "relabel"):  # they take the renderer's options, too
+            if subcommand in ("render", "dataset", "relabel", "verify"):  # they take the renderer's options, too
                 self._known[subcommand] |= self.options()
             if subcommand == "relabel":
                 self._known[subcommand] |= self.options("dataset")

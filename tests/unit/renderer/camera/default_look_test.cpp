@@ -278,7 +278,31 @@ TEST(DefaultLook, CamerasByName) {
   EXPECT_GT(framed.eye_world.z, 3) << "and the whole box is in view";
   const Result<app::CameraRig> unknown = app::CameraRig::create(scene, {"nobody", false, {}, {}});
   ASSERT_FALSE(unknown.ok());
-  EXPECT_NE(unknown.error().message.find("it has: near; or use --camera auto"), std::string::npos);
+  EXPECT_NE(unknown.error().message.find("no such camera; there is \"near\"; or use --camera auto"),
+            std::string::npos);
+  const Result<app::CameraRig> mistyped = app::CameraRig::create(scene, {"naer", false, {}, {}});
+  EXPECT_NE(mistyped.error().message.find("no such camera; did you mean \"near\"? Or use --camera auto"),
+            std::string::npos);
+  EXPECT_EQ(view("auto", false).camera, "auto");
+}
+
+// A camera that follows a recording frames its motion, and not the scene at rest.
+TEST(CameraStart, FramedPointsReplaceTheSceneAtRest) {
+  const scene::Scene scene = built(box_builder());
+  const state::PoseState poses(scene);
+  const auto view = [&](const std::vector<glm::vec3>& points) {
+    auto rig = app::CameraRig::create(scene, {"auto", false, {}, {}});
+    rig->set_framed_points(points);
+    return rig->view(poses, 1);
+  };
+  const std::vector<glm::vec3> far{{-50, 0, 0}, {50, 10, 0}};
+  const passes::View at_rest = view({}), moving = view(far);
+  EXPECT_GT(glm::length(moving.eye_world), 4 * glm::length(at_rest.eye_world));
+  for (const glm::vec3& point : far) {
+    const glm::vec4 clip = moving.clip_from_world * glm::vec4(point, 1);
+    EXPECT_LT(std::abs(clip.x), clip.w);
+    EXPECT_LT(std::abs(clip.y), clip.w);
+  }
 }
 
 // A scene that names its default view starts with it, unless a camera is asked for.

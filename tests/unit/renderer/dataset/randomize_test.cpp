@@ -45,8 +45,15 @@ TEST(Plan, ErrorsNameLineAndField) {
       {"nodes: {a: {rotation: [0, 1]}}\n", "nodes.a.rotation: must be uniform"},
       {"nodes: {a: {rotation: uniform, turn_deg: [0, 0, 0]}}\n", "rotation and turn_deg: choose one of them"},
       {"cameras: {a: {distance_m: 1, azimuth_deg: 0, elevation_deg: 0}}\n",
-       "cameras.a: distance_m needs look_at"},
-      {"cameras: {a: {azimuth_deg: 0}}\n", "cameras.a: azimuth_deg needs distance_m"},
+       "cameras.a: distance_m and azimuth_deg and elevation_deg need look_at"},
+      {"cameras: {a: {azimuth_deg: 0}}\n",
+       "cameras.a: azimuth_deg needs look_at, distance_m and elevation_deg"},
+      {"cameras: {a: {look_at: b, distance_m: 1}}\n",
+       "cameras.a: distance_m needs azimuth_deg and elevation_deg"},
+      {"cameras: {a: {position_m: [0, 0, 0], distance_m: 1, path_at: 0, f_number: 2}}\n",
+       "cameras.a: distance_m needs look_at, azimuth_deg and elevation_deg; position_m and distance_m: "
+       "choose "
+       "one of them; path_at needs path; f_number needs focus_distance_m, or look_at to focus on"},
       {"cameras: {a: {f_number: 2}}\n", "cameras.a: f_number needs focus_distance_m, or look_at to focus on"},
       {"cameras: {a: {path: x, position_m: [0, 0, 0]}}\n", "cameras.a: path and position_m: choose one"},
       {"scene: {variant: {choice: [[a]]}}\n", "scene.variant: a choice here is a text"},
@@ -55,6 +62,11 @@ TEST(Plan, ErrorsNameLineAndField) {
       {"nodes: {[a]: {}}\n", "nodes: a name is text"},
       {"", "r.yaml: the file is empty"},
       {"nodes: {a: {scale: [1, 2}\n", "cannot be read as YAML"},
+      {"nodes: {a: {mvoe_m: 1}}\n", "did you mean move_m?"},
+      {"nodes:\n  *: {scale: 1}\n", "r.yaml:2: a name with * stands in quotes, as in \"*\": or \"*_screw\":"},
+      {"nodes:\n  a: {scale: 1}\n  *_screw: {scale: 1}\n", "r.yaml:3: a name with * stands in quotes"},
+      {"nodes: {*: {scale: 1}}\n", "r.yaml:1: a name with * stands in quotes"},
+      {"nodes: {\"*\": [1, 2}\n", "cannot be read as YAML"},
   };
   for (const auto& each : kCases)
     EXPECT_NE(error_of(each.text).find(each.error), std::string::npos) << each.text << error_of(each.text);
@@ -320,7 +332,7 @@ TEST_F(Randomized, LightsArePlacedInTheWorld) {
   const auto good = Randomizer(*plan, {"front"}).set_scene(scene_, settings_);
   ASSERT_FALSE(good.ok());
   EXPECT_EQ(good.error().message,
-            "r.yaml: lights: \"parent/lamp\" lies below a light that is placed, too: place one of them");
+            "r.yaml:1: lights: \"parent/lamp\" lies below a light that is placed, too: place one of them");
 }
 
 TEST_F(Randomized, TargetsAreSingleNodes) {
@@ -329,8 +341,8 @@ TEST_F(Randomized, TargetsAreSingleNodes) {
   const auto good = Randomizer(*plan, {"front"}).set_scene(scene_, settings_);
   ASSERT_FALSE(good.ok());
   EXPECT_EQ(good.error().message,
-            "r.yaml: cameras.front.look_at: the scene has no single node \"a\": write its name or path, or "
-            "[x, y, z]");
+            "r.yaml:1: cameras.front.look_at: the scene has no single node \"a\": write its name or path, or "
+            "[x, y, z]; several have it");
 }
 
 TEST_F(Randomized, CamerasLookAtNodes) {
@@ -369,10 +381,12 @@ TEST_F(Randomized, UnknownNamesAreNamed) {
     texts.push_back(each.text);
     EXPECT_EQ(each.is_pattern, each.text.find("b*") != std::string::npos);
   }
-  EXPECT_EQ(texts, (std::vector<std::string>{"r.yaml:1: cameras: no camera of the set has the name \"x\"",
-                                             "r.yaml:3: nodes: no node has the name \"b*\"",
-                                             "r.yaml:5: materials: no material has the name \"gold\"",
-                                             "r.yaml:4: lights: no node with a light has the name \"a\""}));
+  EXPECT_EQ(texts,
+            (std::vector<std::string>{
+                "r.yaml:1: cameras: no camera of the set has the name \"x\"; there is \"front\"",
+                "r.yaml:3: nodes: no node has the name \"b*\"; did you mean \"a\"?",
+                "r.yaml:5: materials: no material has the name \"gold\"; there are \"#0\", \"#2\", \"steel\"",
+                "r.yaml:4: lights: no node with a light has the name \"a\"; there is \"lamp\""}));
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ TEST_F(SceneBuildTest, NodesHaveOwnVariants) {
             (std::map<std::string, std::string>{{"plain", "grey"}, {"festive", "red"}, {"embedded", "red"}}));
   ASSERT_EQ(built.refused.size(), 1u);
   EXPECT_EQ(built.refused[0].reason,
-            "the asset \"car.glb\": there is no material variant \"gloomy\"; choose one of \"festive\"");
+            "the asset \"car.glb\": there is no material variant \"gloomy\"; there is \"festive\"");
 }
 
 TEST_F(SceneBuildTest, ParentsMayFollow) {

@@ -72,7 +72,7 @@ TEST(SceneVariants, UnknownNamesListKnownOnes) {
   const auto unknown = find_variant(scene, "dawn");
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.error().message,
-            "there is no material variant \"dawn\"; choose one of \"day\", \"night\", \"fog\"");
+            "there is no material variant \"dawn\"; there are \"day\", \"fog\", \"night\"");
   const auto none = find_variant(loaded(test::triangle_file()), "day");
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().message, "there is no material variant \"day\": the file has none");

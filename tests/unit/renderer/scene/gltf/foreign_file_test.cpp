@@ -46,6 +46,8 @@ TEST(ForeignFile, IsNamedWithItsRemedy) {
            {"arm.txt", "\xEF\xBB\xBF\n <mujoco model=\"a\"/>", "MJCF", "fire3dv-convert"},
            {"empty.glb", "", "empty", ".glb"},
            {"run.glb", "\x89MCAP0\r\n", "MCAP", "--replay"},
+           {"bag.db3", "SQLite format 3", "bag of ROS 2", "fire3dv relabel FILE"},
+           {"demo.hdf5", "\x89HDF\r\n\x1a\n", "HDF5", "fire3dv relabel FILE"},
            {"lfs.glb", "version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "Git LFS",
             "git lfs pull"},
            {"noise.glb", "\x01\x02\x03", "neither JSON nor binary", "as glTF"}}) {

@@ -12,7 +12,7 @@ namespace fire3dv::offline {
 enum class InputKind : uint8_t {
   unknown,    // also: there is no such file
   recording,  // MCAP, of this program or another
-  states,     // of other programs: HDF5, SQLite, folder of a ROS 2 bag
+  states,     // of other programs: HDF5, SQLite, folders of ROS 2 bags and LeRobot
   scene,      // glTF, or a description or mesh file that is converted
 };
 InputKind find_input_kind(const std::filesystem::path& path);

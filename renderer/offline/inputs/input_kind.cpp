@@ -1,4 +1,4 @@
-#include "renderer/offline/input_kind.h"
+#include "renderer/offline/inputs/input_kind.h"
 
 #include <array>
 #include <fstream>
@@ -47,7 +47,9 @@ bool is_recording(const fs::path& path) {
 InputKind find_input_kind(const fs::path& path) {
   if (is_recording(path)) return InputKind::recording;
   std::error_code fault;
-  if (fs::is_directory(path, fault) && fs::exists(path / "metadata.yaml", fault)) return InputKind::states;
+  if (fs::is_directory(path, fault) &&
+      (fs::exists(path / "metadata.yaml", fault) || fs::exists(path / "meta/info.json", fault)))
+    return InputKind::states;
   const std::string begin = first_bytes(path);
   if (begin.starts_with(kHdf5) || begin.starts_with(kSqlite)) return InputKind::states;
   const std::string extension = lower_extension(path);
