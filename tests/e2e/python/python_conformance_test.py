@@ -83,6 +83,8 @@ def say_edit(stream, lines, name, meant):
     kind = value["type"]
     if meant["property"] in ("scalars", "scalar_values"):
         return say_scalars(stream, lines, name, meant)
+    if meant["property"] == "input":
+        return say_input(stream, lines, name, meant)
     if kind == "Cleared":
         stream.clear(node, fire3dv.Property[meant["property"].upper()])
     elif kind == "Visible":
@@ -133,6 +135,28 @@ def say_scalars(stream, lines, name, meant):
     came = lines.wait_for(name, lambda m: m["type"] == "SceneEdit" and m["property"] == meant["property"] and
                           value.items() <= m["value"].items() and m in lines.messages[before:])
     same(name, {**came, "value": {**came["value"], **meant["value"]}}, meant)
+
+
+def say_input(stream, lines, name, meant):
+    control, value = meant["node"], meant["value"]
+    before = len(lines.messages)
+    controls = stream.controls
+    declare = [
+        lambda: controls.slider(control, value["minimum"], value["maximum"], value["value"], value["step"], value["unit"]),
+        lambda: controls.button(control),
+        lambda: controls.toggle(control, bool(value["value"])),
+        lambda: controls.choice(control, value["choices"], value["choices"][int(value["value"])]),
+        lambda: controls.text(control, value["text"]),
+        lambda: controls.run(control, bool(value["value"]), (value["minimum"], value["maximum"]), value["speed"]),
+        lambda: controls.drag(control, value["value"])]
+    if value["type"] == "Cleared":
+        controls.button(control).remove()
+    else:
+        declare[value["kind"]]()
+    stream.poll()
+    came = lines.wait_for(name, lambda m: m["type"] == "SceneEdit" and m["property"] == "input" and m["node"] == control and
+                          m["value"]["type"] == value["type"] and m in lines.messages[before:])
+    same(name, came, meant)
 
 
 # --- refused calls ---------------------------------------------------------------------------------------------------
@@ -303,6 +327,28 @@ REFUSED = {
     "scene_edit_parent_from_node_nan": (lambda s: s.add_node("a", parent_from_node=changed(pose(0), 0, NAN)),
                                         "parent_from_node"),
     "scene_edit_parent_newline": (lambda s: s.add_node("a", parent="a\nb"), "parent"),
+    "scene_edit_input_choice_empty": (lambda s: s.controls.choice("m", ["", "b"]), "choices[0] is empty"),
+    "scene_edit_input_choice_fraction": "an index, which the package makes",
+    "scene_edit_input_choice_repeated": (lambda s: s.controls.choice("m", ["a", "a"]), "choices[1] repeats"),
+    "scene_edit_input_choices_none": (lambda s: s.controls.choice("m", []), "choices is empty"),
+    "scene_edit_input_choices_of_slider": "a slider of the package has none",
+    "scene_edit_input_choices_too_many": (lambda s: s.controls.choice("m", map(str, range(257))), "at most 256"),
+    "scene_edit_input_name_empty": (lambda s: s.controls.button(""), "node is empty"),
+    "scene_edit_input_name_too_long": (lambda s: s.controls.button("x" * 128), "node has 128"),
+    "scene_edit_input_range_empty": (lambda s: s.controls.slider("g", -1, -1), "maximum is -1"),
+    "scene_edit_input_range_infinite": (lambda s: s.controls.slider("g", -1, INF), "maximum is inf"),
+    "scene_edit_input_run_takes_nothing": (
+        lambda s: s.controls.run(can_pause=False, can_step=False, can_reset=False), "flags is 0"),
+    "scene_edit_input_speed_negative": (lambda s: s.controls.run(speeds=(-1, 4)), "minimum is -1"),
+    "scene_edit_input_speed_outside": (lambda s: s.controls.run(speeds=(0, 4), speed=5), "speed is 5"),
+    "scene_edit_input_step_negative": (lambda s: s.controls.slider("g", 0, 1, step=-1), "step is -1"),
+    "scene_edit_input_stiffness_negative": (lambda s: s.controls.drag(stiffness=-1), "value is -1"),
+    "scene_edit_input_text_too_long": (lambda s: s.controls.text("n", "x" * 1024), "text has 1024"),
+    "scene_edit_input_toggle_two": "a bool, which is 0 or 1",
+    "scene_edit_input_unit_escape": (lambda s: s.controls.slider("g", 0, 1, unit="\x1b[2J"), "unit holds a control"),
+    "scene_edit_input_unit_too_long": (lambda s: s.controls.slider("g", 0, 1, unit="x" * 64), "unit has 64"),
+    "scene_edit_input_value_nan": (lambda s: s.controls.slider("g", 0, 1, NAN), "value is nan"),
+    "scene_edit_input_value_outside": (lambda s: s.controls.slider("g", 0, 1, 3), "value is 3"),
     "scene_edit_scalar_values_declaration_zero": "a version, which the library sets",
     "scene_edit_scalar_values_none": (lambda s: s.scalars("arm", 0, {}), "values is empty"),
     "scene_edit_scalar_values_too_many": "values are as many as the declaration has",
@@ -342,7 +388,7 @@ def main():
         stream.publish_some(0, [0, 1], [pose(0), pose(1)])
         before = stream.poll()
         for name in sorted(golden()):
-            if not name.startswith("refused-") or name.startswith(("refused-welcome", "refused-status", "refused-image")):
+            if not name.startswith("refused-") or name.startswith(("refused-welcome", "refused-status", "refused-image", "refused-input_event")):
                 continue
             case = REFUSED.get(name[len("refused-"):])
             assert case, f"{name} is new: say it here"
