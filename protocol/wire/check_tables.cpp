@@ -1,4 +1,5 @@
 // Validation of scene edits and of image messages.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -355,11 +356,14 @@ Result<void> check_plane(const ImageFrame& frame, size_t index) {
   if (plane.format != info.format)
     return Error{field + ".format is " + std::to_string(static_cast<int>(plane.format)) + "; " +
                  std::string(info.api_name) + " comes in another"};
-  const bool fits = info.is_boxes
-                        ? plane.height == 1
-                        : plane.width == frame.intrinsics.width && plane.height == frame.intrinsics.height;
+  const bool fits = info.is_boxes ? plane.height == 1
+                                  : plane.width == frame.intrinsics.width &&
+                                        plane.height == uint64_t{frame.intrinsics.height} * frame.views;
   if (!fits) return Error{field + " is not of the image's size"};
   const uint64_t row_bytes = uint64_t{plane.width} * info.element_bytes;
+  if (frame.views > 1 && plane.row_stride != row_bytes)
+    return Error{field + ".row_stride is " + std::to_string(plane.row_stride) +
+                 "; images of batches have rows of " + std::to_string(row_bytes) + " bytes"};
   if (plane.row_stride < row_bytes || plane.row_stride % 4 != 0 ||
       plane.bytes != uint64_t{plane.row_stride} * plane.height)
     return Error{field + " has " + std::to_string(plane.bytes) + " bytes in rows of " +
@@ -371,6 +375,74 @@ Result<void> check_plane(const ImageFrame& frame, size_t index) {
                  std::to_string(plane.bytes) + " bytes do not lie in the image's " +
                  std::to_string(frame.pixel_bytes)};
   return {};
+}
+
+Error wrong_count(const char* field, size_t is, const std::string& wanted) {
+  return Error{std::string("ImageRequest.batch.") + field + " has " + std::to_string(is) +
+               (is == 1 ? " entry" : " entries") + "; " + wanted};
+}
+
+Result<void> check_views(const ImageBatch& batch, const DecodeLimits& limits) {
+  const size_t views = batch.world_of_view.empty() ? batch.worlds : batch.world_of_view.size();
+  if (views > kMaxBatchViews)
+    return wrong_count("world_of_view", views, "at most " + std::to_string(kMaxBatchViews) + " are allowed");
+  for (size_t view = 0; view < batch.world_of_view.size(); ++view) {
+    if (batch.world_of_view[view] < batch.worlds) continue;
+    return Error{"ImageRequest.batch.world_of_view[" + std::to_string(view) + "] is " +
+                 std::to_string(batch.world_of_view[view]) + "; there are worlds 0 to " +
+                 std::to_string(batch.worlds - 1)};
+  }
+  const std::string one_each = "none, or one for each of " + std::to_string(views) + " views is needed";
+  if (!batch.view_poses.empty() && batch.view_poses.size() != views)
+    return wrong_count("view_poses", batch.view_poses.size(), one_each);
+  if (auto good = check_poses("ImageRequest.batch.view_poses", batch.view_poses, limits.max_abs_value); !good)
+    return good;
+  if (!batch.view_projections.empty() && batch.view_projections.size() != views)
+    return wrong_count("view_projections", batch.view_projections.size(), one_each);
+  const auto is_good = [most = limits.max_abs_value](const Projection& p) {
+    return p.fx > 0 && p.fx <= most && p.fy > 0 && p.fy <= most && std::fabs(p.cx) <= most &&
+           std::fabs(p.cy) <= most;
+  };
+  const auto bad = std::ranges::find_if_not(batch.view_projections, is_good);
+  if (bad != batch.view_projections.end())
+    return Error{"ImageRequest.batch.view_projections[" +
+                 std::to_string(bad - batch.view_projections.begin()) +
+                 "] is invalid; fx and fy must be above 0, and all four finite"};
+  return {};
+}
+
+Result<void> check_batch(const ImageRequest& request, const DecodeLimits& limits) {
+  const bool is_batch = request.when == ImageWhen::batch;
+  if (!is_batch && !request.batch) return {};
+  if (!is_batch || !request.batch)
+    return Error{"ImageRequest.batch is " + std::string(is_batch ? "missing" : "given") +
+                 "; it belongs to requests of batches, and only to these"};
+  const ImageBatch& batch = *request.batch;
+  if (batch.worlds == 0 || batch.worlds > kMaxBatchWorlds)
+    return wrong("ImageRequest.batch", "worlds", batch.worlds,
+                 "1 to " + std::to_string(kMaxBatchWorlds) + " worlds are allowed");
+  const size_t nodes = batch.node_indices.size();
+  if (nodes == 0 || nodes > limits.max_nodes)
+    return wrong_count("node_indices", nodes, "1 to " + std::to_string(limits.max_nodes) + " are allowed");
+  std::vector<uint32_t> sorted = batch.node_indices;
+  std::ranges::sort(sorted);
+  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
+    return Error{"ImageRequest.batch.node_indices has " + std::to_string(*twice) +
+                 " twice; each node has one pose in a world"};
+  if (batch.poses.size() != nodes && batch.poses.size() != nodes * batch.worlds)
+    return wrong_count("poses", batch.poses.size(),
+                       std::to_string(nodes) + " (shared by all worlds) or " +
+                           std::to_string(nodes * batch.worlds) + " are needed: one for each node and world");
+  if (auto good = check_poses("ImageRequest.batch.poses", batch.poses, limits.max_abs_value); !good)
+    return good;
+  if (!batch.active.empty() && batch.active.size() != batch.worlds)
+    return wrong_count("active", batch.active.size(),
+                       "none, or one for each of " + std::to_string(batch.worlds) + " worlds is needed");
+  if (std::ranges::any_of(batch.active, [](uint8_t flag) { return flag > 1; }))
+    return Error{"ImageRequest.batch.active has a number other than 0 and 1"};
+  if (request.intrinsics.fx == 0 && !batch.view_projections.empty())
+    return Error{"ImageRequest.batch.view_projections is given without fx and fy, which they replace"};
+  return check_views(batch, limits);
 }
 
 }  // namespace
@@ -411,7 +483,7 @@ Result<void> check(const ImageRequest& request, const DecodeLimits& limits) {
     return wrong(kName, "rate_hz", request.rate_hz, "it must be above 0, and at most 1e+06");
   if (request.when == ImageWhen::exactly && request.sequence == 0)
     return Error{"ImageRequest.sequence is 0; sequences start at 1"};
-  return {};
+  return check_batch(request, limits);
 }
 
 Result<void> check(const ImageFrame& frame, const DecodeLimits& limits) {
@@ -419,6 +491,8 @@ Result<void> check(const ImageFrame& frame, const DecodeLimits& limits) {
   if (frame.epoch == 0) return Error{"ImageFrame.epoch is 0; an epoch is a random number that is not 0"};
   if (frame.request == 0) return Error{"ImageFrame.request is 0; requests have numbers that are not 0"};
   if (frame.number == 0) return Error{"ImageFrame.number is 0; images count from 1"};
+  if (frame.views > kMaxBatchViews)
+    return wrong(kName, "views", frame.views, "at most " + std::to_string(kMaxBatchViews) + " are allowed");
   if (auto good =
           check_poses("ImageFrame.world_from_camera", {&frame.world_from_camera, 1}, limits.max_abs_value);
       !good)

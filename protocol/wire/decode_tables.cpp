@@ -1,5 +1,6 @@
 #include "protocol/wire/decode_tables.h"
 
+#include <algorithm>
 #include <cstring>
 #include <type_traits>
 
@@ -259,6 +260,19 @@ Intrinsics read_intrinsics(const Table& table) {
   return result;
 }
 
+ImageBatch read_batch(const fbs::ImageBatch& table) {
+  ImageBatch batch;
+  batch.worlds = table.worlds();
+  batch.node_indices = read_elements<uint32_t>(table.node_indices());
+  batch.poses = read_elements<Affine3x4>(table.poses());
+  batch.world_of_view = read_elements<uint32_t>(table.world_of_view());
+  batch.view_poses = read_elements<Affine3x4>(table.view_poses());
+  batch.view_projections = read_elements<Projection>(table.view_projections());
+  if (const auto* active = table.active())
+    batch.active.assign(active->data(), active->data() + active->size());
+  return batch;
+}
+
 }  // namespace
 
 Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeLimits& limits) {
@@ -276,6 +290,7 @@ Result<Message> read_image_request(const fbs::ImageRequest& table, const DecodeL
   request.sequence = table.sequence();
   request.markers = table.markers();
   request.complete = table.complete();
+  if (table.batch()) request.batch = read_batch(*table.batch());
   if (auto good = check(request, limits); !good) return good.error();
   return Message(std::move(request));
 }
@@ -291,6 +306,7 @@ Result<Message> read_image_frame(const fbs::ImageFrame& table, const DecodeLimit
   frame.intrinsics = read_intrinsics(table);
   frame.pixel_bytes = table.pixel_bytes();
   frame.hidden_streams = table.hidden_streams();
+  frame.views = std::max(table.views(), 1u);  // absent: 1
   if (const auto* planes = table.planes()) {
     // Skips outputs of later versions, which are unknown here.
     for (flatbuffers::uoffset_t i = 0; i < planes->size(); ++i) {

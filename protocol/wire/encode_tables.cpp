@@ -242,11 +242,44 @@ void add_intrinsics(Builder& table, const Intrinsics& camera, const fbs::Coeffic
   table.add_lens(static_cast<uint8_t>(camera.lens.model));
 }
 
+template <typename Struct, typename Value>
+Offset<flatbuffers::Vector<const Struct*>> add_structs(FlatBufferBuilder& builder,
+                                                       const std::vector<Value>& values) {
+  static_assert(sizeof(Struct) == sizeof(Value));
+  if (values.empty()) return 0;
+  return builder.CreateVectorOfStructs(reinterpret_cast<const Struct*>(values.data()), values.size());
+}
+
+// Empty lists are absent.
+Offset<fbs::ImageBatch> add_batch(FlatBufferBuilder& builder, const ImageBatch& batch) {
+  const auto add = [&](const auto& numbers) {
+    return numbers.empty() ? 0 : builder.CreateVector(numbers.data(), numbers.size());
+  };
+  const auto nodes = add(batch.node_indices);
+  const auto poses = add_structs<fbs::Affine3x4>(builder, batch.poses);
+  const auto world_of_view = add(batch.world_of_view);
+  const auto view_poses = add_structs<fbs::Affine3x4>(builder, batch.view_poses);
+  const auto view_projections = add_structs<fbs::Projection>(builder, batch.view_projections);
+  const auto active = add(batch.active);
+  fbs::ImageBatchBuilder table(builder);
+  table.add_worlds(batch.worlds);
+  if (!nodes.IsNull()) table.add_node_indices(nodes);
+  if (!poses.IsNull()) table.add_poses(poses);
+  if (!world_of_view.IsNull()) table.add_world_of_view(world_of_view);
+  if (!view_poses.IsNull()) table.add_view_poses(view_poses);
+  if (!view_projections.IsNull()) table.add_view_projections(view_projections);
+  if (!active.IsNull()) table.add_active(active);
+  return table.Finish();
+}
+
 }  // namespace
 
 Bytes encode(const ImageRequest& request) {
-  FlatBufferBuilder builder(512);
+  const size_t batch_bytes = request.batch ? request.batch->poses.size() * sizeof(Affine3x4) : 0;
+  FlatBufferBuilder builder(512 + batch_bytes + batch_bytes / 4);
   builder.ForceDefaults(true);
+  Offset<fbs::ImageBatch> batch;
+  if (request.batch) batch = add_batch(builder, *request.batch);
   const auto node = builder.CreateString(request.node);
   const auto parent_from_camera = as_struct<fbs::Affine3x4>(request.parent_from_camera);
   const auto coefficients = as_struct<fbs::Coefficients>(request.intrinsics.lens.coefficients);
@@ -263,6 +296,7 @@ Bytes encode(const ImageRequest& request) {
   add_intrinsics(table, request.intrinsics, coefficients);
   if (request.markers) table.add_markers(true);    // absent else: bytes as in 1.2
   if (request.complete) table.add_complete(true);  // the same
+  if (request.batch) table.add_batch(batch);       // the same
   table.add_when(static_cast<uint8_t>(request.when));
   return finish(builder, fbs::Body::ImageRequest, table.Finish().Union());
 }
@@ -289,6 +323,7 @@ Bytes encode(const ImageFrame& frame) {
   table.add_world_from_camera(&world_from_camera);
   add_intrinsics(table, frame.intrinsics, coefficients);
   if (frame.hidden_streams != 0) table.add_hidden_streams(frame.hidden_streams);  // absent else: as in 1.7
+  if (frame.views != 1) table.add_views(frame.views);                             // the same
   return finish(builder, fbs::Body::ImageFrame, table.Finish().Union());
 }
 

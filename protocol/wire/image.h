@@ -6,8 +6,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -51,6 +53,54 @@ enum class ImageWhen : uint8_t {
   every_nth = 2,  // the same, and then after every `every` published frames
   rate = 3,       // the same, and then at most rate_hz times a second of the renderer's clock
   exactly = 4,    // exactly the frame `sequence`: lockstep
+  batch = 5,      // once, of the poses in ImageRequest::batch
+};
+
+// Pinhole projection of one view, in pixels; see Intrinsics.
+struct Projection {
+  float fx = 0, fy = 0, cx = 0, cy = 0;
+  bool operator==(const Projection&) const = default;
+};
+
+// Poses of several worlds, which are copies of the scene, and the views that show them. Arrays with one entry
+// for all worlds or views have a leading dimension of 1.
+struct ImageBatch {
+  uint32_t worlds = 1;
+  std::vector<uint32_t> node_indices;   // into StreamDescription::node_names, distinct; all others rest
+  std::vector<Affine3x4> poses;         // [1 or worlds][node_indices.size()], stream_from_body
+  std::vector<uint32_t> world_of_view;  // empty: view v shows world v
+  // Replace ImageRequest::parent_from_camera, and fx to cy, of each view. Empty: those of the request.
+  std::vector<Affine3x4> view_poses;
+  std::vector<Projection> view_projections;
+  std::vector<uint8_t> active;  // 1 or 0 by world; empty: all. Pixels of inactive worlds are 0 in all outputs
+  bool operator==(const ImageBatch&) const = default;
+
+  uint32_t views() const {
+    return world_of_view.empty() ? worlds : static_cast<uint32_t>(world_of_view.size());
+  }
+  uint32_t world_of(uint32_t view) const { return world_of_view.empty() ? view : world_of_view[view]; }
+  bool is_active(uint32_t world) const { return active.empty() || active[world] != 0; }
+  std::span<const Affine3x4> poses_of(uint32_t world) const {
+    const size_t nodes = node_indices.size();
+    return std::span(poses).subspan(poses.size() > nodes ? world * nodes : 0, nodes);
+  }
+};
+
+// Batch that copies of a request share; null: none.
+class SharedImageBatch {
+ public:
+  SharedImageBatch() = default;
+  SharedImageBatch(ImageBatch&& batch) : batch_(std::make_shared<const ImageBatch>(std::move(batch))) {}
+  const ImageBatch* get() const { return batch_.get(); }
+  const ImageBatch& operator*() const { return *batch_; }
+  const ImageBatch* operator->() const { return batch_.get(); }
+  explicit operator bool() const { return batch_ != nullptr; }
+  bool operator==(const SharedImageBatch& other) const {
+    return batch_ == other.batch_ || (batch_ && other.batch_ && *batch_ == *other.batch_);
+  }
+
+ private:
+  std::shared_ptr<const ImageBatch> batch_;
 };
 
 // Adapter to renderer. State whose key is `place`, a slot of the stream: a request replaces the earlier one
@@ -65,15 +115,19 @@ struct ImageRequest {
   Intrinsics intrinsics;
   uint32_t outputs = kColorSrgb8;  // ImageOutput bits, see ImageOutputs
   ImageWhen when = ImageWhen::once;
-  uint32_t every = 1;     // every_nth: at least 1
-  double rate_hz = 0;     // rate: above 0
-  uint64_t sequence = 0;  // 0: any. Publishers set their newest sequence: no image is older than its request
-  bool markers = false;   // color_srgb8 shows markers of streams
-  bool complete = false;  // refused instead of drawn while content of a stream is hidden
+  uint32_t every = 1;      // every_nth: at least 1
+  double rate_hz = 0;      // rate: above 0
+  uint64_t sequence = 0;   // 0: any. Publishers set their newest sequence: no image is older than its request
+  bool markers = false;    // color_srgb8 shows markers of streams
+  bool complete = false;   // refused instead of drawn while content of a stream is hidden
+  SharedImageBatch batch;  // with ImageWhen::batch, and only then
   bool operator==(const ImageRequest&) const = default;
+
+  uint32_t views() const { return batch ? batch->views() : 1; }
 };
 
-// Plane of one output: rows from the top, of row_stride bytes each.
+// Plane of one output: rows from the top, of row_stride bytes each. Of a batch, the rows of all views in
+// their order, without padding.
 struct ImagePlane {
   uint32_t output_bit = 0;  // bit number in ImageOutput
   ImageFormat format = ImageFormat::rgba8;
@@ -96,6 +150,9 @@ struct ImageFrame {
   uint64_t pixel_bytes = 0;        // sum over all planes
   std::vector<ImagePlane> planes;  // in the order of their bits
   uint32_t hidden_streams = 0;     // number of streams whose content the image lacks
+  // Of a batch: number of its views. The planes have the rows of all; camera and projection are those of the
+  // first active view.
+  uint32_t views = 1;
   bool operator==(const ImageFrame&) const = default;
 };
 
@@ -121,7 +178,9 @@ struct ImageRefused {
 };
 
 constexpr uint32_t kMaxRequestedImageSide = 8192;  // pixels
-constexpr uint32_t kMaxImageRequests = 4096;       // per stream
+constexpr uint32_t kMaxBatchWorlds = 65'535;
+constexpr uint32_t kMaxBatchViews = 65'536;
+constexpr uint32_t kMaxImageRequests = 4096;  // per stream
 // Limit of one image: with its header it fits the largest message.
 constexpr uint64_t kMaxPixelBytes = kMaxMessageBytes - 4096;
 

@@ -19,6 +19,10 @@ class ViewerReplies final : public ImageReplies {
     const ImageReplies* const of = target(requester);
     return of ? of->shown(requester) : std::nullopt;
   }
+  std::optional<wire::StreamDescription> description(state::RequesterId requester) const override {
+    const ImageReplies* const of = target(requester);
+    return of ? of->description(requester) : std::nullopt;
+  }
   void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused,
                     bool is_logged) override {
     if (ImageReplies* const of = target(requester)) of->refuse_image(requester, refused, is_logged);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 
 #include "base/clock.h"
 #include "base/text.h"
@@ -72,6 +73,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
     drop_closed_requests();
     end_withdrawn(frames);
   }
+  if (const auto owner = batches_.owner(); owner && !requests_.has(*owner)) batches_.release();
   // Poses are constant during this call: all turns render the same poses.
   ImageBatchRenderer::Moment moment{poses_, nullptr};
   for (size_t device = 0; device < device_count(); ++device) renderer_at(device).begin_moment();
@@ -119,11 +121,47 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
   return {.any = true, .has_more = true};
 }
 
+// Draws batches, each of which is a turn's image, however large. Returns false if the time slice ended
+// before.
+bool ImageService::draw_batches(gpu::FrameRing& frames, std::vector<state::ImageRequestRegistry::Due>&& due,
+                                int64_t end_ns) {
+  for (size_t i = 0; i < due.size(); ++i) {
+    if (i > 0 && (monotonic_ns() >= end_ns || rules_.is_stop_requested())) return false;
+    const state::ImageRequestRegistry::Due& one = due[i];
+    const std::optional<wire::StreamDescription> stream = requests_.description(one.requester);
+    if (!stream) continue;
+    deliver();
+    const int64_t begun_ns = monotonic_ns();
+    const uint64_t before = device_.last_submitted();
+    const std::optional<CameraRefused> refused =
+        batches_.draw(frames, one,
+                      {.stream = *stream,
+                       .scene = scene_,
+                       .settings = renderer_.settings().draw(),
+                       .budget = requests_.budget(one),
+                       .hidden_streams = static_cast<uint32_t>(poses_.hidden_streams().size())});
+    if (device_.last_submitted() != before) {
+      scheduler_.submitted(one.requester, requests_.cost(one.request), one.request.views(), monotonic_ns());
+      submissions_.emplace_back(submitted(), begun_ns, takes_new_pipelines());
+    }
+    if (refused)
+      requests_.refuse(one, refused->reason, refused->why);
+    else
+      requests_.mark_rendered(one);
+  }
+  return true;
+}
+
 // Returns false if the time slice ended before all due images of the stream were rendered.
 bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requester,
                              ImageBatchRenderer::Moment& moment, int64_t end_ns) {
   const int64_t now_ns = monotonic_ns();
-  std::vector<ImageBatchRenderer::WorkItem> work = resolve(requests_.due(requester, now_ns));
+  std::vector<state::ImageRequestRegistry::Due> due = requests_.due(requester, now_ns), batches;
+  const auto is_single = [](const state::ImageRequestRegistry::Due& one) { return !one.request.batch; };
+  const auto first_batch = std::stable_partition(due.begin(), due.end(), is_single);
+  std::move(first_batch, due.end(), std::back_inserter(batches));
+  due.erase(first_batch, due.end());
+  std::vector<ImageBatchRenderer::WorkItem> work = resolve(std::move(due));
   const auto needs_boxes = [](const ImageBatchRenderer::WorkItem& a) { return wants_boxes(a.due.request); };
   if (!moment.boxes && std::ranges::any_of(work, needs_boxes))
     moment.boxes = std::make_shared<const std::vector<wire::BoxRecord3d>>(
@@ -167,7 +205,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
       begun_ns = submitted_ns;
     }
   }
-  const bool is_whole = !has_work();
+  bool is_whole = !has_work();
   for (size_t device = 0; device < device_count(); ++device) {
     ImageBatchRenderer& batch_renderer = renderer_at(device);
     std::span<const ImageBatchRenderer::WorkItem> processed = batch_renderer.processed();
@@ -176,6 +214,8 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     for (const ImageBatchRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
     batch_renderer.begin({});
   }
+  if (is_whole && !first_.is_tracing() && !batches.empty())
+    is_whole = draw_batches(frames, std::move(batches), end_ns);
   return is_whole;
 }
 
@@ -406,12 +446,18 @@ void ImageService::deliver() {
     for (const state::ImageRequestRegistry::Due& due : renderer_at(device).take_ended_early())
       redraw_or_refuse(due);
   }
+  batches_.deliver(
+      [&](state::RequesterId requester, const wire::ImageFrame& frame, const WorldBatches::Fill& fill) {
+        const int64_t begin_ns = monotonic_ns();
+        requests_.send(requester, frame, fill);
+        scheduler_.spent(requester, begin_ns, monotonic_ns());
+      });
 }
 
 bool ImageService::in_flight() const {
-  return first_.in_flight() != 0 || std::ranges::any_of(secondary(), [](const auto& each) {
-           return each->batch_renderer().in_flight() != 0;
-         });
+  return first_.in_flight() != 0 || batches_.in_flight() != 0 ||
+         std::ranges::any_of(secondary(),
+                             [](const auto& each) { return each->batch_renderer().in_flight() != 0; });
 }
 
 ImageService::Mark ImageService::submitted() const {

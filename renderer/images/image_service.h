@@ -11,6 +11,7 @@
 
 #include "renderer/images/image_batch_renderer.h"
 #include "renderer/images/secondary_devices.h"
+#include "renderer/images/world_batches.h"
 #include "renderer/live_scene/live_scene.h"
 #include "renderer/live_scene/peer_draw_time.h"
 #include "renderer/state/image_scheduler.h"
@@ -33,7 +34,9 @@ class ImageService {
         requests_(requests),
         scene_(scene),
         rules_(std::move(rules)),
+        renderer_(renderer),
         first_(device, renderer),
+        batches_(device),
         scheduler_(rules_.slice_ns, !rules_.lockstep) {}
 
   // Borrowed. settings: current settings of the primary device.
@@ -89,6 +92,8 @@ class ImageService {
   Drawn go_on_tracing(gpu::FrameRing& frames);
   bool do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns);
   void report_samples();
+  bool draw_batches(gpu::FrameRing& frames, std::vector<state::ImageRequestRegistry::Due>&& due,
+                    int64_t end_ns);
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, ImageBatchRenderer::Moment& moment,
                  int64_t end_ns);
   void limit(gpu::FrameRing& frames, bool has_view);
@@ -116,7 +121,9 @@ class ImageService {
   ImageRequestQueue& requests_;
   LiveScene& scene_;
   const Rules rules_;
+  const passes::SceneRenderer& renderer_;  // of the first device
   ImageBatchRenderer first_;
+  WorldBatches batches_;
   SecondaryDevices* secondary_ = nullptr;
   PeerDrawTime* draw_time_ = nullptr;
   const settings::DrawSettings* settings_ = nullptr;

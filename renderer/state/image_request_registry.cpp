@@ -20,9 +20,27 @@ std::string output_names(uint32_t outputs) {
   return names;
 }
 
-}  // namespace
+// Outputs of batches: planes of one image each.
+constexpr uint32_t kBatchOutputs =
+    wire::kRequestableOutputs &
+    ~uint32_t{wire::kColorLinearF16 | wire::kMotion | wire::kOcclusionU32 | wire::kBoxes2d | wire::kBoxes3d};
 
-namespace {
+// Reason why a batch is not supported; empty: it is.
+std::string unsupported_in_batches(const wire::ImageRequest& request) {
+  if (const uint32_t outputs = request.outputs & ~kBatchOutputs; outputs != 0)
+    return "the output " + output_names(outputs);
+  if (request.intrinsics.lens.model != wire::LensModel::none) return "lens distortion";
+  if (request.intrinsics.f_number != 0) return "depth of field";
+  if (request.markers) return "markers";
+  if (request.complete) return "the flag complete";
+  return {};
+}
+
+uint64_t pose_bytes(const wire::ImageBatch& batch) {
+  return (batch.poses.size() + batch.view_poses.size()) * sizeof(wire::Affine3x4) +
+         batch.view_projections.size() * sizeof(wire::Projection) +
+         (batch.world_of_view.size() + batch.node_indices.size()) * sizeof(uint32_t) + batch.active.size();
+}
 
 // Order of drawing. Images that were drawn in one turn have one last_ns; among them those of the same size
 // and outputs are neighbours, so that one submission can draw them.
@@ -33,7 +51,7 @@ std::tuple<int64_t, uint32_t, uint32_t, uint32_t> order(const wire::ImageRequest
 }  // namespace
 
 uint64_t drawn_bytes(const wire::ImageRequest& request) {
-  const uint32_t width = request.intrinsics.width, height = request.intrinsics.height;
+  const uint32_t width = request.intrinsics.width, height = request.intrinsics.height * request.views();
   const wire::ImageOutputs drawn = wire::with_sources(wire::ImageOutputs(request.outputs));
   const bool keeps_depth = drawn.has(wire::kOcclusionU32) && !is_of_one_image(request);
   return wire::pixel_bytes_of(width, height, drawn.bits(), 0) +
@@ -70,6 +88,10 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::charge(
     return refused;
   };
   if (auto refused = take(Resource::requests, 1, entry.request_charge)) return refused;
+  if (entry.request.batch) {
+    if (auto refused = take(Resource::pose_bytes, pose_bytes(*entry.request.batch), entry.poses_charge))
+      return refused;
+  }
   return take(Resource::request_bytes, entry.pixel_bytes, entry.bytes_charge);
 }
 
@@ -91,7 +113,7 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
   if (request.when == wire::ImageWhen::never) return {};
 
   using Refusal = wire::ImageRefusal;
-  if (request.when > wire::ImageWhen::exactly)
+  if (request.when > wire::ImageWhen::batch)
     return refuse(requester, request, Refusal::not_supported,
                   "ImageRequest.when is " + std::to_string(static_cast<int>(request.when)) +
                       ", which this renderer does not know; update it");
@@ -109,8 +131,18 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
     return refuse(requester, request, Refusal::not_supported,
                   "this renderer draws no depth of field, which needs its visibility buffer; leave f_number "
                   "and focus_distance_m out");
+  if (request.batch) {
+    if (const std::string what = unsupported_in_batches(request); !what.empty())
+      return refuse(requester, request, Refusal::not_supported,
+                    what + " is not available in batches; request single images");
+  }
   const uint64_t bytes = drawn_bytes(request);
-  if (bytes > abilities_.max_pixel_bytes)
+  if (request.batch && bytes > wire::kMaxPixelBytes)
+    return refuse(requester, request, Refusal::too_large,
+                  std::to_string(request.views()) + " views have " + std::to_string(bytes) +
+                      " bytes; at most " + std::to_string(wire::kMaxPixelBytes) +
+                      " are made at once: request them in parts, or fewer outputs");
+  if (!request.batch && bytes > abilities_.max_pixel_bytes)
     return refuse(requester, request, Refusal::too_large,
                   "an image of " + std::to_string(request.intrinsics.width) + " x " +
                       std::to_string(request.intrinsics.height) + " has " + std::to_string(bytes) +
@@ -148,6 +180,7 @@ ImageRequestRegistry::Action ImageRequestRegistry::action_now(const Entry& entry
     case wire::ImageWhen::never:
       break;
     case wire::ImageWhen::once:
+    case wire::ImageWhen::batch:
       return Action::render_last;
     case wire::ImageWhen::every_nth:
       return is_first || sequence - entry.last_sequence >= request.every ? Action::render : Action::wait;
@@ -223,6 +256,14 @@ std::vector<ImageRequestRegistry::Due> ImageRequestRegistry::due(RequesterId req
     return order(a.request, a.last_ns) < order(b.request, b.last_ns);
   });
   return due;
+}
+
+std::shared_ptr<PeerBudget> ImageRequestRegistry::budget(const Due& due) const {
+  const auto places = requests_.find(due.requester);
+  if (places == requests_.end()) return nullptr;
+  const auto at = places->second.find(due.request.place);
+  if (at == places->second.end() || at->second.request.id != due.request.id) return nullptr;
+  return at->second.budget;
 }
 
 Result<void> ImageRequestRegistry::check_memory(const Due& due, uint64_t bytes) const {

@@ -33,7 +33,8 @@ ImageEffort effort_of(const wire::ImageRequest& request, uint32_t path_samples);
 
 // True for requests that their first image closes.
 inline bool is_of_one_image(const wire::ImageRequest& request) {
-  return request.when == wire::ImageWhen::once || request.when == wire::ImageWhen::exactly;
+  return request.when == wire::ImageWhen::once || request.when == wire::ImageWhen::exactly ||
+         request.when == wire::ImageWhen::batch;
 }
 
 // Bytes that the images of a request take: outputs without lists, the planes that they follow from, and the
@@ -88,12 +89,14 @@ class ImageRequestRegistry {
   std::vector<Due> due(RequesterId requester, const Shown& shown, int64_t now_ns) const;
   // Render cost of one image, as in demands().
   uint64_t cost(const wire::ImageRequest& request) const {
-    return image_cost(request.intrinsics.width, request.intrinsics.height,
-                      effort_of(request, abilities_.path_samples));
+    return request.views() * image_cost(request.intrinsics.width, request.intrinsics.height,
+                                        effort_of(request, abilities_.path_samples));
   }
   // Checks that device memory for the time of drawing fits the requester's budget, beside its content. Images
   // are drawn one after the other.
   Result<void> check_memory(const Due& due, uint64_t bytes) const;
+  // Budget of an open request; null: it has none, or is closed.
+  std::shared_ptr<PeerBudget> budget(const Due& due) const;
   // Marks an image as rendered. Does nothing if its request is closed.
   void mark_rendered(const Due& due);
   // The image was marked as rendered, but nothing was sent: it is due again. Does nothing if the requester is
@@ -112,7 +115,7 @@ class ImageRequestRegistry {
     wire::ImageRequest request;
     uint64_t pixel_bytes = 0;  // drawn_bytes()
     std::shared_ptr<PeerBudget> budget;
-    BudgetCharge request_charge, bytes_charge;
+    BudgetCharge request_charge, bytes_charge, poses_charge;
     uint64_t rendered = 0;  // number of rendered images
     uint64_t last_sequence = 0;
     int64_t last_ns = 0;

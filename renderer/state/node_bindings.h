@@ -99,6 +99,9 @@ class NodeBindings {
   std::vector<std::string> names_at(StreamId id, const IndexSet& indices, size_t max_bytes) const;
   uint64_t name_lookups() const { return name_lookups_; }
 
+  // Of a stream, as described.
+  const std::vector<std::string>& names(StreamId id) const { return slots_[id].names; }
+  const std::vector<wire::Affine3x4>& body_from_node(StreamId id) const { return slots_[id].body_from_node; }
   uint64_t age(StreamId id) const { return slots_[id].age; }
   // Age of the stream that drives this node; nullopt: no driver.
   std::optional<uint64_t> age_of_driver(uint32_t node) const;

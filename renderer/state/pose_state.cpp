@@ -46,6 +46,16 @@ StreamId PoseState::add_stream(const wire::StreamDescription& description, std::
   return slot.id;
 }
 
+wire::StreamDescription PoseState::description(StreamId id) const {
+  wire::StreamDescription description;
+  description.epoch = streams_[id].epoch;
+  description.adapter_name = streams_[id].name;
+  description.world_from_stream = streams_[id].world_from_stream;
+  description.node_names = bindings_.names(id);
+  description.body_from_node = bindings_.body_from_node(id);
+  return description;
+}
+
 // Epoch of the stream if its edits were applied to the scene.
 std::optional<uint64_t> PoseState::edited_epoch(StreamId id) const {
   return streams_[id].has_applied_edits() ? std::optional(streams_[id].epoch) : std::nullopt;

@@ -101,6 +101,8 @@ class PoseState {
   // Names whose shown pose is twelve zeros, as in memory that has not been written: their nodes are
   // invisible.
   IndexSet names_with_empty_pose(StreamId id) const;
+  // Epoch, names, world_from_stream and body_from_node of an active stream.
+  wire::StreamDescription description(StreamId id) const;
   // Number of names looked up, bound or moved to another stream so far.
   uint64_t name_lookups() const { return bindings_.name_lookups(); }
 

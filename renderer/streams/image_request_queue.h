@@ -57,6 +57,8 @@ class ImageReplies {
     Appearance appearance = {};
   };
   virtual std::optional<Shown> shown(state::RequesterId requester) const = 0;  // nullopt: it has ended
+  // Description of the requesting stream; nullopt: it has ended, or is a viewer.
+  virtual std::optional<wire::StreamDescription> description(state::RequesterId) const { return {}; }
   // Sends a refusal. is_logged: also logs it.
   virtual void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused,
                             bool is_logged) = 0;
@@ -95,6 +97,10 @@ class ImageRequestQueue final : public ImageRequestHandler {
   std::vector<Due> due(state::RequesterId requester, int64_t now_ns) const;
   Result<void> check_memory(const Due& due, uint64_t bytes) const {
     return registry_.check_memory(due, bytes);
+  }
+  std::shared_ptr<PeerBudget> budget(const Due& due) const { return registry_.budget(due); }
+  std::optional<wire::StreamDescription> description(state::RequesterId requester) const {
+    return replies_.description(requester);
   }
   uint64_t cost(const wire::ImageRequest& request) const { return registry_.cost(request); }
   void mark_rendered(const Due& due) {

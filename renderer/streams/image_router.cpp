@@ -56,6 +56,12 @@ std::optional<ImageReplies::Shown> ImageRouter::shown(state::RequesterId request
   return Shown{{from->epoch, stream.header.sequence, stream.header.sim_time_ns}, stream.world_from_stream};
 }
 
+std::optional<wire::StreamDescription> ImageRouter::description(state::RequesterId requester) const {
+  const Requester* const from = find(requester);
+  if (!from) return {};
+  return poses_.description(from->stream);
+}
+
 void ImageRouter::refuse_image(state::RequesterId requester, const wire::ImageRefused& refused,
                                bool is_logged) {
   const Requester* const from = find(requester);

@@ -47,6 +47,7 @@ class ImageRouter final : public ImageReplies {
                     const wire::ImageRefused& refused);
 
   std::optional<Shown> shown(state::RequesterId requester) const override;
+  std::optional<wire::StreamDescription> description(state::RequesterId requester) const override;
   void refuse_image(state::RequesterId requester, const wire::ImageRefused& refused, bool is_logged) override;
   bool send_image(state::RequesterId requester, const wire::ImageFrame& frame,
                   const transport::ListenerLink::FillPixels& fill) override;

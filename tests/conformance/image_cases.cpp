@@ -25,6 +25,23 @@ ImageRequest request() {
   return result;
 }
 
+ImageBatch batch() {
+  ImageBatch result;
+  result.worlds = 2;
+  result.node_indices = {4, 1};
+  for (uint32_t i = 0; i < 4; ++i) result.poses.emplace_back().m[3] = 0.5f * static_cast<float>(i);
+  return result;
+}
+
+ImageRequest batch_request(ImageBatch&& of) {
+  ImageRequest result = request();
+  result.when = ImageWhen::batch;
+  result.sequence = 0;
+  result.outputs = kColorSrgb8 | kDepthF32;
+  result.batch = std::move(of);
+  return result;
+}
+
 ImageFrame image_case() {
   ImageFrame result;
   result.request = 0x1122334455667788;
@@ -79,6 +96,15 @@ std::vector<Case> image_cases() {
   r = request();
   r.complete = true;
   add("image_request-complete", encode(r));
+  add("image_request-batch", encode(batch_request(batch())));
+  ImageBatch own_views = batch();
+  own_views.poses.resize(2);  // shared
+  own_views.world_of_view = {1, 0, 1};
+  own_views.view_poses.resize(3);
+  own_views.view_poses[2].m[7] = -1.5f;
+  own_views.view_projections = {{50, 50, 31.5f, 23.5f}, {60, 61, 31.5f, 23.5f}, {70, 71, 0, -4}};
+  own_views.active = {1, 0};
+  add("image_request-batch_own_views", encode(batch_request(std::move(own_views))));
   ImageRequest back;
   back.epoch = kImageEpoch;
   back.id = 7;
@@ -96,6 +122,11 @@ std::vector<Case> image_cases() {
   ImageFrame lacking = image_case();
   lacking.hidden_streams = 2;
   add("image_frame-hidden_streams", encode(lacking));
+  ImageFrame of_batch = image_case();
+  of_batch.views = 3;
+  of_batch.planes = {{0, ImageFormat::rgba8, 6, 12, 24, 0, 288}, {2, ImageFormat::r32f, 6, 12, 24, 320, 288}};
+  of_batch.pixel_bytes = 640;
+  add("image_frame-batch", encode(of_batch));
   ImageFrame boxes = image_case();
   boxes.planes = {{7, ImageFormat::box2d, 3, 1, 96, 0, 96}, {8, ImageFormat::box3d, 0, 1, 0, 128, 0}};
   add("image_frame-boxes", encode(boxes));
@@ -170,6 +201,39 @@ std::vector<Case> refused_image_cases() {
     r.when = ImageWhen::exactly;
     r.sequence = 0;
   });
+  const auto add_batch = [&](std::string name, std::string refused, auto change) {
+    ImageBatch bad = batch();
+    change(bad);
+    result.push_back({"refused-image_request_batch_" + std::move(name), encode(batch_request(std::move(bad))),
+                      false, "ImageRequest.batch" + std::move(refused)});
+  };
+  add_request("batch_missing", "batch", [](ImageRequest& r) { r.when = ImageWhen::batch; });
+  add_request("batch_of_once", "batch", [](ImageRequest& r) { r.batch = batch(); });
+  add_batch("no_world", ".worlds", [](ImageBatch& b) { b.worlds = 0; });
+  add_batch("many_worlds", ".worlds", [](ImageBatch& b) { b.worlds = 65'536; });
+  add_batch("no_node", ".node_indices", [](ImageBatch& b) { b.node_indices.clear(); });
+  add_batch("node_twice", ".node_indices", [](ImageBatch& b) { b.node_indices = {4, 4}; });
+  add_batch("poses_missing", ".poses", [](ImageBatch& b) { b.poses.resize(3); });
+  add_batch("pose_nan", ".poses", [](ImageBatch& b) { b.poses[2].m[1] = NAN; });
+  add_batch("world_beyond", ".world_of_view", [](ImageBatch& b) { b.world_of_view = {0, 2}; });
+  add_batch("view_pose_missing", ".view_poses", [](ImageBatch& b) { b.view_poses.resize(1); });
+  add_batch("view_pose_infinite", ".view_poses", [](ImageBatch& b) {
+    b.view_poses.resize(2);
+    b.view_poses[1].m[0] = INFINITY;
+  });
+  add_batch("projection_missing", ".view_projections", [](ImageBatch& b) { b.view_projections.resize(1); });
+  add_batch("projection_zero", ".view_projections", [](ImageBatch& b) {
+    b.view_projections = {{1, 1, 0, 0}, {1, 0, 0, 0}};
+  });
+  add_batch("active_missing", ".active", [](ImageBatch& b) { b.active = {1}; });
+  add_batch("active_two", ".active", [](ImageBatch& b) { b.active = {1, 2}; });
+  add_request("batch_projections_of_own_camera", "batch.view_projections", [](ImageRequest& r) {
+    ImageBatch b = batch();
+    b.view_projections.resize(2, {1, 1, 0, 0});
+    r = batch_request(std::move(b));
+    r.node = "eye";
+    r.intrinsics.fx = r.intrinsics.fy = 0;
+  });
 
   const auto add_frame = [&](std::string name, std::string refused, auto change) {
     ImageFrame bad = image_case();
@@ -187,6 +251,12 @@ std::vector<Case> refused_image_cases() {
   add_frame("format_of_other_output", "planes[1].format",
             [](ImageFrame& f) { f.planes[1].format = ImageFormat::r32u; });
   add_frame("plane_of_other_size", "planes[0]", [](ImageFrame& f) { f.planes[0].width = 5; });
+  add_frame("views_many", "views", [](ImageFrame& f) { f.views = 65'537; });
+  add_frame("plane_of_one_view", "planes[0]", [](ImageFrame& f) { f.views = 2; });
+  add_frame("padded_rows_of_views", "planes[0].row_stride", [](ImageFrame& f) {
+    f.views = 2;
+    f.planes = {{2, ImageFormat::r32f, 6, 8, 32, 0, 256}};
+  });
   add_frame("rows_overlap", "planes[0]", [](ImageFrame& f) {
     f.planes[0].row_stride = 20;
     f.planes[0].bytes = 80;

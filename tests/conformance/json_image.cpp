@@ -40,6 +40,30 @@ wire::Intrinsics camera_from_json(const Json& json) {
   return c;
 }
 
+Json batch_to_json(const wire::ImageBatch& b) {
+  Json poses = Json::array(), view_poses = Json::array(), projections = Json::array();
+  for (const wire::Affine3x4& pose : b.poses) poses.push_back(pose.m);
+  for (const wire::Affine3x4& pose : b.view_poses) view_poses.push_back(pose.m);
+  for (const wire::Projection& p : b.view_projections) projections.push_back({p.fx, p.fy, p.cx, p.cy});
+  return {{"worlds", b.worlds},       {"node_indices", b.node_indices},
+          {"poses", poses},           {"world_of_view", b.world_of_view},
+          {"view_poses", view_poses}, {"view_projections", projections},
+          {"active", b.active}};
+}
+
+wire::ImageBatch batch_from_json(const Json& json) {
+  wire::ImageBatch b;
+  json.at("worlds").get_to(b.worlds);
+  json.at("node_indices").get_to(b.node_indices);
+  for (const Json& pose : json.at("poses")) pose.get_to(b.poses.emplace_back().m);
+  json.at("world_of_view").get_to(b.world_of_view);
+  for (const Json& pose : json.at("view_poses")) pose.get_to(b.view_poses.emplace_back().m);
+  for (const Json& p : json.at("view_projections"))
+    b.view_projections.push_back({p.at(0), p.at(1), p.at(2), p.at(3)});
+  json.at("active").get_to(b.active);
+  return b;
+}
+
 }  // namespace
 
 Json image_to_json(const wire::ImageRequest& m) {
@@ -55,8 +79,9 @@ Json image_to_json(const wire::ImageRequest& m) {
                {"every", m.every},
                {"rate_hz", m.rate_hz},
                {"sequence", m.sequence}};
-  if (m.markers) json["markers"] = true;    // since 1.6
-  if (m.complete) json["complete"] = true;  // since 1.8
+  if (m.markers) json["markers"] = true;                 // since 1.6
+  if (m.complete) json["complete"] = true;               // since 1.8
+  if (m.batch) json["batch"] = batch_to_json(*m.batch);  // since 1.10
   return json;
 }
 
@@ -81,6 +106,7 @@ Json image_to_json(const wire::ImageFrame& m) {
             {"pixel_bytes", m.pixel_bytes},
             {"planes", planes}};
   if (m.hidden_streams != 0) json["hidden_streams"] = m.hidden_streams;  // since 1.8
+  if (m.views != 1) json["views"] = m.views;                             // since 1.10
   return json;
 }
 
@@ -109,6 +135,7 @@ wire::Bytes encode_image_json(const Json& json) {
     json.at("sequence").get_to(m.sequence);
     m.markers = json.value("markers", false);
     m.complete = json.value("complete", false);
+    if (json.contains("batch")) m.batch = batch_from_json(json.at("batch"));
     return wire::encode(m);
   }
   if (type == "ImageFrame") {
@@ -121,6 +148,7 @@ wire::Bytes encode_image_json(const Json& json) {
     json.at("world_from_camera").get_to(m.world_from_camera.m);
     m.intrinsics = camera_from_json(json.at("camera"));
     m.hidden_streams = json.value("hidden_streams", 0u);
+    m.views = json.value("views", 1u);
     json.at("pixel_bytes").get_to(m.pixel_bytes);
     for (const Json& plane : json.at("planes"))
       m.planes.push_back({plane.at("output"),

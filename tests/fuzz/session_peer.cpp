@@ -1,6 +1,7 @@
 // Message generation of fuzzed peers: valid messages with boundary values, and some invalid ones.
 #include "tests/fuzz/session_peer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -189,6 +190,17 @@ wire::Bytes SessionPeer::image_request(Choices& choices) {
   request.every = static_cast<uint32_t>(choices.below(4));
   request.rate_hz = number(choices);
   request.sequence = choices.one_in(3) ? edge_number(choices, sequence_) : sequence_;
+  if (choices.one_in(4)) {
+    wire::ImageBatch batch;
+    batch.worlds = static_cast<uint32_t>(choices.one_in(8) ? choices.number() : 1 + choices.below(4));
+    batch.node_indices = {static_cast<uint32_t>(choices.below(4))};
+    batch.poses.resize(choices.one_in(3) ? choices.below(5) : std::min(batch.worlds, 4u));
+    if (choices.one_in(3))
+      batch.world_of_view.resize(choices.below(5), static_cast<uint32_t>(choices.below(5)));
+    if (choices.one_in(3)) batch.active.resize(choices.below(5), static_cast<uint8_t>(choices.below(3)));
+    request.batch = std::move(batch);
+    request.when = wire::ImageWhen::batch;
+  }
   wire::Bytes bytes = wire::encode(request);
   static wire::Decoder decoder;
   if (is_connected && epoch != 0 && request.epoch == epoch && decoder.decode(bytes).ok()) {

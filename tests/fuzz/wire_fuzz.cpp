@@ -114,8 +114,24 @@ std::vector<Input> seeds() {
   wire::InputEvent note = drag;
   note.action = wire::InputAction::set;
   note.text = "K\u00f6rper";
+  wire::ImageRequest of_batch = request;
+  of_batch.when = wire::ImageWhen::batch;
+  wire::ImageBatch batch;
+  batch.worlds = 2;
+  batch.node_indices = {1, 0};
+  batch.poses.resize(4);
+  batch.world_of_view = {1, 0, 1};
+  batch.view_poses.resize(3);
+  batch.view_projections.resize(3, {50, 50, 31.5f, 23.5f});
+  batch.active = {1, 0};
+  of_batch.batch = std::move(batch);
+  wire::ImageFrame images = image;
+  images.views = 2;
+  images.planes = {{3, wire::ImageFormat::r32u, 64, 96, 256, 0, 24576}};
   using P = wire::Property;
   return {input_of(wire::encode(request)),
+          input_of(wire::encode(of_batch)),
+          input_of(wire::encode(images)),
           input_of(wire::encode(with_lens)),
           input_of(wire::encode(blurred)),
           input_of(wire::encode(with_markers)),

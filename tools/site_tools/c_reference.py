@@ -8,7 +8,7 @@ import re
 from .pages import ROOT, read
 
 FOLDER = "adapters/generic/include/fire3dv"
-ORDER = ("client", "scene", "markers", "scalars", "input", "image", "joints")
+ORDER = ("client", "scene", "markers", "scalars", "input", "image", "batch", "joints")
 ENUMERATOR = r"\b(FIRE3DV_[A-Z0-9_]+)(?= =|,)"
 LABEL = re.compile(r"(?<=\. )((?:[A-Z][a-z-]+)(?:,? (?:and )?[a-z-]+){0,3}): ")
 

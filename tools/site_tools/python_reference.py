@@ -19,6 +19,7 @@ PAGES = {
     "controls": ("Controls", "fire3dv", ("Controls", "Control", "Event", "InputKind", "Action")),
     "renderer": ("Renderer", "fire3dv", ("Renderer", "find_program", "show", "LiveView")),
     "images": ("Images", "fire3dv", ("Image", "ImageRequest", "OUTPUTS", "ALIASES", "Output", "When", "Lens")),
+    "batch": ("Batches", "fire3dv", ("Batch", "BatchRequest")),
     "robot": ("Robot", "fire3dv", ("Robot", "RobotPublisher", "Joint", "JointType")),
     "poses": ("Poses", "fire3dv", ("pose", "look_at")),
     "errors": ("Errors and versions", "fire3dv", (
@@ -28,7 +29,7 @@ PAGES = {
     "pybullet": ("fire3dv.pybullet", "fire3dv.pybullet", None),
     "sofa": ("fire3dv.sofa", "fire3dv.sofa", None),
 }
-MADE_BY_LIBRARY = ("Image", "ImageRequest", "RobotPublisher", "Controls", "Control", "Event")  # never by users: no signature of the class
+MADE_BY_LIBRARY = ("Image", "ImageRequest", "Batch", "BatchRequest", "RobotPublisher", "Controls", "Control", "Event")  # never by users: no signature of the class
 
 
 def escaped(text):

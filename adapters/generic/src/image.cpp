@@ -147,6 +147,7 @@ fire3dv_image* make_image(fire3dv::client::Images::Arrived&& arrived) {
   image.f_number = camera.f_number;
   image.focus_distance_m = camera.focus_distance_m;
   image.hidden_streams = frame.hidden_streams;
+  image.views = frame.views;
   image.plane_count = held->planes.size();
   image.planes = held->planes.data();
   return held.release();

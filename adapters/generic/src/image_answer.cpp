@@ -55,6 +55,9 @@ Result<void> check_answer(const wire::ImageFrame& frame, std::span<const std::by
   const wire::Intrinsics &is = frame.intrinsics, &wanted = request.intrinsics;
   if (is.width != wanted.width || is.height != wanted.height)
     return Error{"it has " + size_text(is) + " instead of " + size_text(wanted)};
+  if (frame.views != request.views())
+    return Error{"it has " + std::to_string(frame.views) + " views instead of " +
+                 std::to_string(request.views())};
   if (const uint32_t outputs = outputs_of(frame); outputs != request.outputs)
     return Error{"it has " + names_of(outputs) + " instead of " + names_of(request.outputs)};
   if (is.lens != wanted.lens) return Error{"it has another lens than its request"};

@@ -21,6 +21,13 @@ constexpr uint32_t kMaxBoxes = 4096;  // per image, for the size of reserved slo
 constexpr uint32_t kMaxReadAtOnce = wire::kMaxImageRequests;
 constexpr size_t kMaxArrivedBytes = size_t{1} << 30;  // limit of images that the caller has not taken
 
+// For check_answer().
+wire::ImageBatch without_poses(const wire::ImageBatch& batch) {
+  wire::ImageBatch result;
+  result.worlds = batch.views();  // the number of views stays
+  return result;
+}
+
 bool switches_document(wire::ImageWhen when) {
   return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
 }
@@ -35,8 +42,14 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
   if (open_.size() == wire::kMaxImageRequests)
     return Error{"the limit of open image requests is reached (" + std::to_string(open_.size()) +
                  "); cancel some, or wait for them"};
-  const uint64_t pixel_bytes =
-      wire::pixel_bytes_of(request.intrinsics.width, request.intrinsics.height, request.outputs, kMaxBoxes);
+  const uint32_t views = request.views();
+  const uint64_t pixel_bytes = wire::pixel_bytes_of(
+      request.intrinsics.width, request.intrinsics.height * views, request.outputs, kMaxBoxes);
+  if (pixel_bytes > wire::kMaxPixelBytes && views > 1)
+    return Error{counted(views, "view") + " of " + std::to_string(request.intrinsics.width) + " x " +
+                 std::to_string(request.intrinsics.height) + " with these outputs have " +
+                 std::to_string(pixel_bytes) + " bytes; at most " + std::to_string(wire::kMaxPixelBytes) +
+                 " come back in one batch: request it in parts, or fewer outputs"};
   if (pixel_bytes > wire::kMaxPixelBytes)
     return Error{"an image of " + std::to_string(request.intrinsics.width) + " x " +
                  std::to_string(request.intrinsics.height) + " with these outputs has " +
@@ -59,6 +72,8 @@ Result<uint64_t> Images::request(transport::PublisherLink& link, wire::ImageRequ
     ++next_slot_;
   else
     free_slots_.pop_back();
+  // The link has a copy of the poses.
+  if (request.batch) request.batch = without_poses(*request.batch);
   Open& open = open_[last_id_];
   open.request = std::move(request);
   open.block_bytes = block_bytes;

@@ -29,6 +29,7 @@ constexpr uint32_t kMaxRingSlots = 1024;
 constexpr size_t kMaxUnreadReplies = 1024;
 constexpr int kMaxReadAtOnce = 1024;
 constexpr uint64_t kFewestImageSlots = 8;
+constexpr uint64_t kReservedImageMemory = uint64_t{256} << 20;  // of slots that no request needs
 constexpr uint64_t kMaxImageMemory = uint64_t{4} << 30;
 constexpr int64_t kFreeImagesEveryNs = kSecondNs;
 
@@ -328,8 +329,10 @@ void ShmPublisher::note_image(const std::shared_ptr<Published>& from, uint32_t r
 Result<void> ShmPublisher::make_room_for_images(size_t block_bytes, size_t requests) {
   if (is_inherited())
     return Error{"shm://" + name_ + ": the link was opened before fork(); open one in the child"};
-  // Two slots per request: one is filled while the caller holds another.
-  const uint64_t slots = std::max<uint64_t>(2 * requests, kFewestImageSlots);
+  // Two slots per request: one is filled while the caller holds another. Fewer in reserve for large images.
+  const uint64_t fewest =
+      std::clamp<uint64_t>(kReservedImageMemory / std::max<size_t>(block_bytes, 1), 2, kFewestImageSlots);
+  const uint64_t slots = std::max<uint64_t>(2 * requests, fewest);
   SegmentSizes sizes = sizes_;
   if (sizes.image_slots < slots) sizes.image_slots = std::bit_ceil(slots);
   // A quarter in reserve, so that small growth of a view does not replace the segment every time.

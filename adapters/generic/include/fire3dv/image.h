@@ -129,6 +129,9 @@ typedef struct fire3dv_image {
   const fire3dv_image_plane* planes; /* sorted by output bit */
   float f_number, focus_distance_m;  /* thin lens of the colours, as used; 0 = a pinhole */
   uint32_t hidden_streams; /* streams whose content the image lacks, since it takes too much drawing time */
+  /* Number of views; 1 but for batches (fire3dv/batch.h). Planes have views * height rows; camera and
+   * projection are those of the first view that is drawn. */
+  uint32_t views;
 } fire3dv_image;
 
 /* Returns the plane of one FIRE3DV_IMAGE_* output; NULL if the image has none. The image owns the plane. */

@@ -17,13 +17,14 @@
     with fire3dv.Robot("arm.urdf").publish("shm://demo") as robot:      # poses from joint positions
         robot.set(shoulder=0.3, elbow=-1.2)
 
-A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, scalars.h, input.h, image.h and joints.h say what
+A layer of ctypes over the C library, whose headers fire3dv/client.h, scene.h, markers.h, scalars.h, input.h, image.h, batch.h and joints.h say what
 each call means: units, frames, threads, waiting. Contiguous float32 (a NumPy array, an array.array("f")) goes into the library without
 a copy; other arrays and nested sequences are converted. Everything that can fail raises fire3dv.Error; a missing
 renderer is not an error. Where the library is looked for stands in README.md, FIRE3DV_CLIENT_LIBRARY in the
 environment first.
 """
 from ._types import Lens, Output, When
+from .batch import Batch, BatchRequest
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
                      RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
 from .image import ALIASES, OUTPUTS, Image
@@ -46,7 +47,8 @@ ERROR_ARGUMENT, ERROR_STATE, ERROR_SYSTEM, ERROR_TIMEOUT, ERROR_BUDGET, ERROR_RE
 __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
-    "Timeout", "Lens", "Output", "When", "__version__", "ALIASES", "OUTPUTS", "Image", "ImageRequest",
+    "Timeout", "Lens", "Output", "When", "__version__", "ALIASES", "OUTPUTS", "Batch", "BatchRequest", "Image",
+    "ImageRequest",
     "Action", "Control", "Controls", "Event", "InputKind",
     "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "MarkerKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",

@@ -1,5 +1,5 @@
 """C library: found, loaded and declared on first use. Structures are those of fire3dv/client.h,
-fire3dv/scene.h, fire3dv/markers.h, fire3dv/scalars.h, fire3dv/input.h, fire3dv/image.h and fire3dv/joints.h, field by field."""
+fire3dv/scene.h, fire3dv/markers.h, fire3dv/scalars.h, fire3dv/input.h, fire3dv/image.h, fire3dv/batch.h and fire3dv/joints.h, field by field."""
 import ctypes
 import os
 import re
@@ -99,7 +99,16 @@ class Image(Structure):
                 ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
                 ("near_m", c_float), ("far_m", c_float), ("lens", c_int32), ("lens_coefficients", c_float * 5),
                 ("plane_count", c_size_t), ("planes", POINTER(ImagePlane)), ("f_number", c_float),
-                ("focus_distance_m", c_float), ("hidden_streams", c_uint32)]
+                ("focus_distance_m", c_float), ("hidden_streams", c_uint32), ("views", c_uint32)]
+
+
+class BatchRequest(Structure):
+    _fields_ = [("struct_size", c_size_t), ("worlds", c_uint32), ("node_indices", c_void_p), ("node_count", c_uint32),
+                ("pose_worlds", c_uint32), ("poses", c_void_p), ("world_of_view", c_void_p), ("views", c_uint32),
+                ("pose_views", c_uint32), ("parent_from_camera", c_void_p), ("node", c_char_p), ("width", c_uint32),
+                ("height", c_uint32), ("fx", c_float), ("fy", c_float), ("cx", c_float), ("cy", c_float),
+                ("projections", c_void_p), ("near_m", c_float), ("far_m", c_float), ("active", c_void_p),
+                ("outputs", c_uint32)]
 
 
 class Joint(Structure):
@@ -136,6 +145,7 @@ _SIGNATURES: Dict[str, Tuple[Any, List[Any]]] = {
     "fire3dv_clear_input": (c_int, [c_void_p, c_char_p]),
     "fire3dv_poll_events": (c_int, [c_void_p, POINTER(Event), c_size_t]),
     "fire3dv_request_image": (c_int, [c_void_p, POINTER(ImageRequest), POINTER(c_uint64)]),
+    "fire3dv_request_batch": (c_int, [c_void_p, POINTER(BatchRequest), POINTER(c_uint64)]),
     "fire3dv_cancel_image": (c_int, [c_void_p, c_uint64]),
     "fire3dv_wait_image": (c_int, [c_void_p, c_uint64, c_uint32, POINTER(POINTER(Image))]),
     "fire3dv_release_image": (None, [POINTER(POINTER(Image))]),

@@ -6,7 +6,7 @@ import math
 import re
 import time
 from ctypes import POINTER, byref, c_float, c_uint32, c_uint64
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, Iterator, List, Literal, Mapping, Optional, Sequence, Tuple
 
 from . import _library as c
 from ._handle import StreamHandle
@@ -17,6 +17,7 @@ from .errors import ArgumentError, ErrorCode, StateError, Timeout
 from .image import BITS_OF_ANY_NAME, IDENTITY, LENSES, Handle, Image
 
 if TYPE_CHECKING:
+    from .batch import Batch
     from .renderer import Renderer
     from .stream import Stream
 
@@ -124,6 +125,27 @@ class ImageRequests:
         number = c_uint64()
         self._call(library().fire3dv_request_image, byref(request), byref(number))
         return ImageRequest(self, number.value)  # type: ignore[arg-type]
+
+    def batch(self, worlds: int, size: Sequence[int], nodes: Optional[Iterable[str]] = None,
+              views: Optional[Array] = None, outputs: Iterable[Output] = ("color", "depth"), *, node: Optional[str] = None,
+              camera_poses: Optional[Array] = None, camera_matrices: Optional[Array] = None, vertical_fov_rad: float = 0.0,
+              near_m: float = 0.0, far_m: float = 0.0, quaternions: Literal["wxyz", "xyzw"] = "wxyz") -> Batch:
+        """Returns a Batch, whose render(poses) draws many small images of many worlds at once. Needs NumPy.
+
+        worlds: W, copies of the renderer's scene that differ in their poses. size: (width, height) of a view, in pixels.
+        nodes: names of the nodes that have poses, of those of describe(); None: all. Where describe() was not called, the
+        batch calls it with these names. Other nodes rest. views: (V,), the world that each view shows; None: one view of
+        each world. outputs: names of OUTPUTS or ALIASES, but for linear, motion, occlusion and boxes.
+        node: parent of the cameras, in each world; None: the stream's frame. camera_poses: (V, 12), (V, 3, 4), (V, 4, 4) or
+        (V, 7), leading dimension 1: of all views; None: the identity.
+        camera_matrices: (3, 3) or (V, 3, 3), [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels as of OpenCV; or
+        vertical_fov_rad; or neither: the projection of the node's own camera. near_m 0: 0.01; far_m 0: infinite.
+        quaternions: order of the numbers of quaternions, "wxyz" (MuJoCo, MJX) or "xyzw" (Warp, Isaac, SciPy).
+        """
+        from .batch import Batch
+        return Batch(self, worlds, size, nodes, views, outputs, node=node,  # type: ignore[arg-type]
+                     camera_poses=camera_poses, camera_matrices=camera_matrices, vertical_fov_rad=vertical_fov_rad,
+                     near_m=near_m, far_m=far_m, quaternions=quaternions)
 
     def wait_image(self, timeout_s: float = WAIT_S, request: Optional[ImageRequest] = None) -> Image:
         """Waits for the next image of `request`, or of any request. Raises Timeout, or RefusedError."""

@@ -24,11 +24,11 @@ from typing import Any, Iterable, List, Sequence, Set, Tuple, Union
 
 import numpy as np
 
-from ._frames import FrameSequence
 from ._types import Float32Array, Shown
 from .errors import ArgumentError, ErrorCode
 from .image import Image
 from .images import WAIT_S, ImageRequest, images_of
+from .robot import FrameSequence
 from .stream import Stream
 
 #: world_from_stream, (3, 4): MuJoCo's Z up to glTF's Y up. Metres.

@@ -26,12 +26,12 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ._frames import FrameSequence
 from ._types import Float32Array
 from .errors import ArgumentError, ErrorCode, warn
 from .image import Image
 from .images import WAIT_S, ImageRequest, images_of
 from .poses import pose
+from .robot import FrameSequence
 from .stream import Stream
 
 #: world_from_stream, (3, 4): PyBullet's Z up to glTF's Y up. Metres.

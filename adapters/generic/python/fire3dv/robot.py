@@ -12,13 +12,12 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _library as c
-from ._frames import FrameSequence
 from ._library import check, encoded, library
 from ._numbers import Numbers, real, whole
 from ._scene_names import converted, is_gltf
 from ._types import Array, Float64Array
 from .errors import ArgumentError, BudgetError, ErrorCode, StateError, error_of
-from .stream import Stream
+from .stream import FRAME_DISCONTINUITY, Stream
 
 if TYPE_CHECKING:
     from .renderer import Path, Renderer
@@ -206,6 +205,28 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"<fire3dv.Robot {self.file!r}, {len(self.joint_names)} joints>"
+
+
+class FrameSequence:
+    """Publishes frames of a simulator whose time may jump back.
+
+    The first one, and one whose time is before that of the last, is a discontinuity.
+    """
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        self._last_ns: Optional[int] = None
+
+    def publish(self, sim_time_ns: int, poses: Array) -> int:
+        """Returns the sequence. Does not block."""
+        jumped = self._last_ns is None or sim_time_ns < self._last_ns
+        sequence = self._stream.publish(sim_time_ns, poses, FRAME_DISCONTINUITY if jumped else 0)
+        self._last_ns = sim_time_ns
+        return sequence
+
+    def jump(self) -> None:
+        """Makes the next frame a discontinuity."""
+        self._last_ns = None
 
 
 class RobotPublisher:

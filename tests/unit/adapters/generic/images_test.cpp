@@ -9,6 +9,7 @@
 #include <random>
 #include <thread>
 
+#include "fire3dv/batch.h"
 #include "fire3dv/image.h"
 #include "fire3dv/scene.h"
 #include "protocol/wire/image.h"
@@ -75,15 +76,17 @@ struct Drawer {
       return done();
     });
   }
-  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows) {
+  // views: as of the request, unless the renderer lies.
+  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows, uint32_t views = 0) {
     wire::ImageFrame frame;
+    frame.views = views == 0 ? request.views() : views;
     frame.request = request.id;
     frame.number = number;
     frame.epoch = request.epoch;
     frame.sequence = shows;
     frame.sim_time_ns = static_cast<int64_t>(shows) * 1000;
     frame.intrinsics = request.intrinsics;
-    const uint32_t width = frame.intrinsics.width, height = frame.intrinsics.height;
+    const uint32_t width = frame.intrinsics.width, height = frame.intrinsics.height * frame.views;
     for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
       if ((request.outputs >> bit & 1) == 0) continue;
       const wire::ImageOutputInfo& info = wire::info_at(bit);
@@ -160,6 +163,114 @@ class ClientImage : public ::testing::TestWithParam<std::string> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Links, ClientImage, ::testing::Values("shm", "tcp"));
+
+TEST_P(ClientImage, BatchReturnsAllViews) {
+  nodes_ = 3;
+  ASSERT_EQ(describe(stream_.get(), {"a", "b", "c"}), FIRE3DV_OK);
+  std::vector<float> poses(2 * 2 * 12, 0.5f), cameras(3 * 12, 0.25f);
+  const uint32_t nodes[2] = {2, 0}, views[3] = {1, 0, 1};
+  const float projections[12] = {10, 11, 1, 2, 12, 13, 3, 4, 14, 15, 5, 6};
+  const uint8_t active[2] = {1, 0};
+  fire3dv_batch_request request{};
+  request.struct_size = sizeof request;
+  request.worlds = request.pose_worlds = request.node_count = 2;
+  request.node_indices = nodes;
+  request.poses = poses.data();
+  request.world_of_view = views;
+  request.views = request.pose_views = 3;
+  request.parent_from_camera = cameras.data();
+  request.projections = projections;
+  request.active = active;
+  request.width = 8;
+  request.height = 4;
+  request.outputs = FIRE3DV_IMAGE_COLOR_SRGB8 | FIRE3DV_IMAGE_DEPTH_F32;
+  uint64_t id = 0;
+  ASSERT_EQ(fire3dv_request_batch(stream_.get(), &request, &id), FIRE3DV_OK) << fire3dv_last_error();
+  poses.assign(poses.size(), 9);  // they were copied
+  const wire::ImageRequest got = seen(id);
+  ASSERT_TRUE(got.batch);
+  EXPECT_EQ(got.when, wire::ImageWhen::batch);
+  EXPECT_EQ(got.sequence, 0u);
+  EXPECT_EQ(got.batch->worlds, 2u);
+  EXPECT_EQ(got.batch->node_indices, (std::vector<uint32_t>{2, 0}));
+  ASSERT_EQ(got.batch->poses.size(), 4u);
+  EXPECT_EQ(got.batch->poses[3].m[11], 0.5f);
+  EXPECT_EQ(got.batch->world_of_view, (std::vector<uint32_t>{1, 0, 1}));
+  EXPECT_EQ(got.batch->view_poses.size(), 3u);
+  ASSERT_EQ(got.batch->view_projections.size(), 3u);
+  EXPECT_EQ(got.batch->view_projections[2], (wire::Projection{14, 15, 5, 6}));
+  EXPECT_EQ(got.batch->active, (std::vector<uint8_t>{1, 0}));
+  EXPECT_EQ(got.intrinsics.fx, 10);
+  ASSERT_TRUE(drawer_->answer(got, 1, 0, 2)) << "with too few views";
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 50), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("it has 2 views instead of 3"), std::string::npos)
+      << fire3dv_last_error();
+  ASSERT_TRUE(drawer_->answer(got, 1, 0));
+  const Image image = wait(id);
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->views, 3u);
+  EXPECT_EQ(image->height, 4u);
+  ASSERT_EQ(image->plane_count, 2u);
+  EXPECT_EQ(image->planes[1].height, 12u);
+  EXPECT_EQ(image->planes[1].row_stride, 32u);
+
+  request.node_indices = nullptr;  // all
+  request.node_count = 0;
+  request.pose_worlds = request.pose_views = 1;
+  request.world_of_view = nullptr;
+  request.views = 0;
+  request.active = nullptr;
+  request.projections = nullptr;
+  request.fx = request.fy = 10;
+  ASSERT_EQ(fire3dv_request_batch(stream_.get(), &request, &id), FIRE3DV_OK) << fire3dv_last_error();
+  const wire::ImageRequest shared = seen(id);
+  EXPECT_EQ(shared.batch->node_indices, (std::vector<uint32_t>{0, 1, 2}));
+  EXPECT_EQ(shared.batch->poses.size(), 3u);
+  EXPECT_EQ(shared.views(), 2u);
+  EXPECT_EQ(shared.parent_from_camera.m[0], 0.25f);
+  EXPECT_TRUE(shared.batch->view_poses.empty());
+  EXPECT_EQ(fire3dv_cancel_image(stream_.get(), id), FIRE3DV_OK);
+
+  const auto refuses = [&](const char* text, auto change) {
+    fire3dv_batch_request bad = request;
+    change(bad);
+    EXPECT_EQ(fire3dv_request_batch(stream_.get(), &bad, &id), FIRE3DV_ERROR_ARGUMENT) << text;
+    EXPECT_NE(std::string(fire3dv_last_error()).find(text), std::string::npos) << fire3dv_last_error();
+  };
+  refuses("struct_size is 8", [](auto& r) { r.struct_size = 8; });
+  refuses("worlds is 0", [](auto& r) { r.worlds = 0; });
+  refuses("worlds is 65536", [](auto& r) { r.worlds = 65'536; });
+  refuses("poses is NULL", [](auto& r) { r.poses = nullptr; });
+  refuses("pose_worlds is 3; the leading dimension of poses is 1 (shared) or 2",
+          [](auto& r) { r.pose_worlds = 3; });
+  refuses("node_indices is NULL", [](auto& r) { r.node_count = 2; });
+  refuses("node_count is 4", [&](auto& r) {
+    r.node_indices = nodes;
+    r.node_count = 4;
+  });
+  const uint32_t beyond[2] = {0, 3}, twice[2] = {1, 1}, far_world[1] = {2};
+  refuses("node_indices[1] is 3", [&](auto& r) {
+    r.node_indices = beyond;
+    r.node_count = 2;
+  });
+  refuses("node_indices has 1 twice", [&](auto& r) {
+    r.node_indices = twice;
+    r.node_count = 2;
+  });
+  refuses("world_of_view is NULL", [](auto& r) { r.views = 2; });
+  refuses("world_of_view[0] is 2", [&](auto& r) {
+    r.world_of_view = far_world;
+    r.views = 1;
+  });
+  refuses("views is 65537", [&](auto& r) {
+    r.world_of_view = far_world;
+    r.views = 65'537;
+  });
+  refuses("pose_views is 7", [](auto& r) { r.pose_views = 7; });
+  refuses("parent_from_camera is NULL", [](auto& r) { r.parent_from_camera = nullptr; });
+  refuses("fx is 0", [](auto& r) { r.fx = r.fy = 0; });
+  refuses("outputs is", [](auto& r) { r.outputs = 1u << 30; });
+}
 
 TEST_P(ClientImage, RequestReturnsItsImage) {
   publish();

@@ -52,6 +52,74 @@ class ImageBookTest : public ::testing::Test {
   std::vector<ImageRequestRegistry::Due> last_;
 };
 
+wire::ImageRequest batch_of(wire::ImageRequest request, uint32_t worlds, uint32_t views) {
+  wire::ImageBatch batch;
+  batch.worlds = worlds;
+  batch.node_indices = {0};
+  batch.poses.resize(worlds);
+  batch.world_of_view.resize(views);
+  request.when = wire::ImageWhen::batch;
+  request.batch = std::move(batch);
+  return request;
+}
+
+// A batch is one image, due once, of the cost and bytes of all its views.
+TEST_F(ImageBookTest, BatchesCountAllViews) {
+  const wire::ImageRequest single = request(5, wire::ImageWhen::once);
+  const wire::ImageRequest batch = batch_of(single, 3, 1000);
+  EXPECT_EQ(requests_.cost(batch), 1000 * requests_.cost(single));
+  EXPECT_EQ(drawn_bytes(batch), 1000 * drawn_bytes(single));
+  ASSERT_FALSE(requests_.add(1, batch));
+  ASSERT_FALSE(requests_.add(1, batch_of(single, 3, 1000))) << "links may deliver a message twice";
+  ASSERT_TRUE(requests_.add(1, batch_of(single, 4, 1000))) << "an id is used once";
+  EXPECT_EQ(due(0), Ids{5}) << "without a published frame";
+  EXPECT_EQ(due(1), Ids{});
+}
+
+TEST_F(ImageBookTest, BatchesAreRefusedWhatTheyLack) {
+  ImageAbilities abilities;
+  abilities.outputs = wire::kRequestableOutputs;
+  abilities.lenses = abilities.thin_lenses = true;
+  ImageRequestRegistry requests(abilities);
+  const auto refusal = [&](auto change) {
+    wire::ImageRequest asked = batch_of(request(5, wire::ImageWhen::once), 2, 2);
+    change(asked);
+    const auto refused = requests.add(1, asked);
+    return refused ? refused->answer.message : std::string("accepted");
+  };
+  EXPECT_EQ(refusal([](auto& r) { r.outputs = wire::kColorSrgb8 | wire::kMotion; }),
+            "the output motion is not available in batches; request single images");
+  EXPECT_NE(refusal([](auto& r) { r.outputs = wire::kBoxes2d; }).find("boxes2d"), std::string::npos);
+  EXPECT_NE(refusal([](auto& r) { r.intrinsics.lens.model = wire::LensModel::fisheye; }).find("lens"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal([](auto& r) { r.intrinsics.f_number = r.intrinsics.focus_distance_m = 1; }).find("depth of"),
+      std::string::npos);
+  EXPECT_NE(refusal([](auto& r) { r.markers = true; }).find("markers"), std::string::npos);
+  EXPECT_NE(refusal([](auto& r) { r.complete = true; }).find("complete"), std::string::npos);
+  EXPECT_NE(refusal([](auto& r) {
+              wire::ImageBatch many = *r.batch;
+              many.world_of_view.resize(65'536);
+              r.batch = std::move(many);
+            }).find("65536 views have"),
+            std::string::npos);
+  EXPECT_EQ(refusal([](auto&) {}), "accepted");
+}
+
+TEST_F(ImageBookTest, BatchesAreChargedForTheirPoses) {
+  PeerLimits limits;
+  limits.of(Resource::pose_bytes) = 100 * sizeof(wire::Affine3x4);
+  const auto pool = BudgetPool::create(limits);
+  const std::shared_ptr<PeerBudget> peer = pool->add_peer("batches");
+  const auto refused = requests_.add(1, batch_of(request(5, wire::ImageWhen::once), 101, 1), peer);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->over, Resource::pose_bytes);
+  ASSERT_FALSE(requests_.add(1, batch_of(request(6, wire::ImageWhen::once), 50, 1), peer));
+  EXPECT_GE(peer->used(Resource::pose_bytes), 50 * sizeof(wire::Affine3x4));
+  EXPECT_EQ(due(0), Ids{6});
+  EXPECT_EQ(peer->used(Resource::pose_bytes), 0u);
+}
+
 // An image that was drawn and not sent is due again, with its number.
 TEST_F(ImageBookTest, UndrawnImagesAreDueAgain) {
   wire::ImageRequest each = request(6, wire::ImageWhen::every_nth);

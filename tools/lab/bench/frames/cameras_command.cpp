@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "base/clock.h"
 #include "base/command_line.h"
 #include "base/plural.h"
+#include "fire3dv/batch.h"
 #include "fire3dv/client.h"
 #include "fire3dv/image.h"
 #include "protocol/wire/image_outputs.h"
@@ -39,18 +41,19 @@ Error client_error(const char* what) {
   return Error{std::string(what) + ": " + fire3dv_last_error()};
 }
 
-// Opens a stream that drives no scene node.
-Result<Stream> open_stream(const std::string& uri) {
+// Opens a stream that describes these nodes, and waits for a renderer.
+Result<Stream> open_stream(const std::string& uri, const std::vector<std::string>& names) {
   fire3dv_options options{};
   options.struct_size = sizeof(options);
   options.adapter_name = "bench";
   Stream stream(fire3dv_open(uri.c_str(), &options));
   if (!stream) return client_error("--to");
-  const char* const name = "nothing of the scene";
+  std::vector<const char*> name_pointers;
+  for (const std::string& name : names) name_pointers.push_back(name.c_str());
   fire3dv_description description{};
   description.struct_size = sizeof(description);
-  description.node_names = &name;
-  description.node_count = 1;
+  description.node_names = name_pointers.data();
+  description.node_count = name_pointers.size();
   if (fire3dv_describe(stream.get(), &description) != FIRE3DV_OK) return client_error("description");
   fire3dv_status status{};
   status.struct_size = sizeof(status);
@@ -144,6 +147,82 @@ Result<void> measure(fire3dv_stream* stream, const CamerasOptions& options, cons
   return {};
 }
 
+// Rows of a pose.
+std::array<float, 12> rows_of(const glm::mat4& matrix) {
+  std::array<float, 12> rows{};
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      rows[static_cast<size_t>(row * 4 + column)] = matrix[column][row];
+  return rows;
+}
+
+// One batch a round: poses of all worlds, and the images of all cameras.
+Result<void> measure_batch(fire3dv_stream* stream, const CamerasOptions& options, const scene::Scene& scene,
+                           WorldPoses& worlds, uint32_t count, uint32_t outputs) {
+  const float aspect = static_cast<float>(options.draw.width) / static_cast<float>(options.draw.height);
+  const passes::Intrinsics lens =
+      passes::intrinsics_of(scene::Camera(), {options.draw.width, options.draw.height});
+  std::vector<std::array<float, 12>> cameras;
+  std::vector<uint32_t> world_of_view;
+  for (const glm::mat4& world_from_camera : circle_of_cameras(scene, count, aspect)) {
+    world_of_view.push_back(static_cast<uint32_t>(cameras.size()) % options.worlds);
+    cameras.push_back(rows_of(world_from_camera));
+  }
+  fire3dv_batch_request request{};
+  request.struct_size = sizeof(request);
+  request.worlds = request.pose_worlds = options.worlds;
+  request.poses = worlds.poses()[0].m.data();
+  request.world_of_view = world_of_view.data();
+  request.views = request.pose_views = count;
+  request.parent_from_camera = cameras[0].data();
+  request.width = options.draw.width;
+  request.height = options.draw.height;
+  request.fx = lens.fx_px;
+  request.fy = lens.fy_px;
+  request.cx = lens.cx_px;
+  request.cy = lens.cy_px;
+  request.near_m = lens.near_m;
+  request.outputs = outputs;
+  std::vector<double> seconds;
+  uint64_t seen = 0, digest = 0;
+  for (uint32_t frame = 0; frame < options.warm_up + options.frames; ++frame) {
+    worlds.simulate(frame);
+    const int64_t begin_ns = fire3dv::monotonic_ns();
+    uint64_t id = 0;
+    fire3dv_image* images = nullptr;
+    if (fire3dv_request_batch(stream, &request, &id) != FIRE3DV_OK) return client_error("batch");
+    if (fire3dv_wait_image(stream, id, kWaitMs, &images) != FIRE3DV_OK) return client_error("batch");
+    seen += look_at(*images);
+    const double s = static_cast<double>(fire3dv::monotonic_ns() - begin_ns) * 1e-9;
+    if (frame == 0) digest = digest_of(0xcbf29ce484222325, *images);
+    fire3dv_release_image(&images);
+    if (frame >= options.warm_up) seconds.push_back(s);
+  }
+  if (seen == 0) return Error{"the images are blank, so no time is reported"};
+  const Summary summary = summarise(seconds);
+  std::printf("| %u | %u | %ux%u | %s | %.3f | %.0f | %016llx |\n", count, options.worlds, options.draw.width,
+              options.draw.height, options.outputs.c_str(), 1e3 * summary.median, count / summary.median,
+              static_cast<unsigned long long>(digest));
+  std::fflush(stdout);
+  return {};
+}
+
+Result<void> measure_batches(const CamerasOptions& options, const scene::Scene& scene, uint32_t outputs) {
+  WorldPoses worlds(scene, options.worlds);
+  if (worlds.bodies() == 0)
+    return Error{"--worlds: no node of the scene has a mesh, so that its worlds would be alike"};
+  Result<Stream> stream = open_stream(options.to, worlds.names());
+  if (!stream) return stream.error();
+  std::printf(
+      "| cameras | worlds | size | outputs | ms for all | images a second | digest |\n"
+      "|---|---|---|---|---|---|---|\n");
+  for (const uint32_t cameras : options.cameras) {
+    if (Result<void> done = measure_batch(stream->get(), options, scene, worlds, cameras, outputs); !done)
+      return done;
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> measure_served(const CamerasOptions& options) {
@@ -151,7 +230,8 @@ Result<void> measure_served(const CamerasOptions& options) {
   if (!outputs) return Error{"--outputs: " + outputs.error().message};
   Result<scene::Scene> scene = scene::load_gltf(options.scene);
   if (!scene) return scene.error();
-  Result<Stream> stream = open_stream(options.to);
+  if (options.worlds > 1) return measure_batches(options, *scene, outputs->bits());
+  Result<Stream> stream = open_stream(options.to, {"nothing of the scene"});
   if (!stream) return stream.error();
   std::printf(
       "| cameras | size | outputs | ms for all | images a second | lost | digest |\n"
@@ -350,7 +430,7 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
       ->check(in_range(1, 100'000));
   group.add("--to", options.to, "URI", "request the images from a fire3dv --lockstep at this URI");
   group.add("--outputs", options.outputs, "LIST", "outputs of each image, as fire3dv --outputs");
-  group.add("--worlds", options.worlds, "N", "copies with random poses; camera i shows copy i modulo N")
+  group.add("--worlds", options.worlds, "N", "copies with random poses; camera i shows i modulo N")
       ->check(in_range(uint32_t{1}, passes::kMaxWorlds));
   group.add_flag("--resident", options.resident, "leave the images on the device");
   group.add_flag("--passes", options.passes, "print the GPU time of each pass, which slows the passes");
@@ -359,7 +439,7 @@ void add_cameras_options(CLI::App& app, CamerasOptions& options) {
 }
 
 int run_cameras(const CamerasOptions& options) {
-  const bool is_in_process = options.worlds > 1 || options.resident || options.passes;
+  const bool is_in_process = options.resident || options.passes;
   Result<void> measured;
   if (options.resident && options.warm_up == 0) {
     measured = Error{
@@ -368,7 +448,7 @@ int run_cameras(const CamerasOptions& options) {
   } else if (options.to.empty()) {
     measured = measure_all(options);
   } else if (is_in_process) {
-    measured = Error{"--worlds, --resident and --passes measure images of this process: leave --to out"};
+    measured = Error{"--resident and --passes measure images of this process: leave --to out"};
   } else {
     measured = measure_served(options);
   }

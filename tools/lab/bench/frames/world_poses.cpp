@@ -35,7 +35,8 @@ WorldPoses::WorldPoses(const scene::Scene& scene, uint32_t worlds) {
   wire::StreamDescription description;
   description.adapter_name = "bench";
   description.epoch = kEpoch;
-  for (const Body& body : bodies_) description.node_names.push_back(scene.nodes[body.node].path);
+  for (const Body& body : bodies_) names_.push_back(scene.nodes[body.node].path);
+  description.node_names = names_;
   poses_.resize(bodies_.size() * worlds);
   for (uint32_t world = 0; world < worlds; ++world) {
     state::PoseState& state = states_.emplace_back(scene);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/error.h"
@@ -26,6 +27,9 @@ class WorldPoses {
 
   std::span<const state::PoseState* const> worlds() const { return worlds_; }
   size_t bodies() const { return bodies_.size(); }
+  const std::vector<std::string>& names() const { return names_; }  // of the bodies' nodes
+  // The computed poses: [world][body].
+  std::span<const wire::Affine3x4> poses() const { return poses_; }
 
  private:
   struct Body {
@@ -36,6 +40,7 @@ class WorldPoses {
   void find_bodies(const scene::Scene& scene);
 
   std::vector<Body> bodies_;
+  std::vector<std::string> names_;
   std::deque<state::PoseState> states_;
   std::vector<const state::PoseState*> worlds_;
   std::vector<state::StreamId> streams_;

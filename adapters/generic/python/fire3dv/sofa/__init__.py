@@ -25,12 +25,12 @@ from typing import Any, Dict, List, Optional, Sequence, Set, Union
 
 import numpy as np
 
-from .._frames import FrameSequence
 from .._types import Array, Float32Array
 from ..errors import ArgumentError, ErrorCode
 from ..image import Image
 from ..images import WAIT_S, ImageRequest, images_of
 from ..poses import look_at, pose
+from ..robot import FrameSequence
 from ..status import LightKind, Property
 from ..stream import Stream
 from ._visual import MESH, VisualModel, glb_file, is_visual, rows_of, value
