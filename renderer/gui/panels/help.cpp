@@ -35,10 +35,9 @@ constexpr Line kTimelineLines[] = {
 };
 constexpr Line kSceneLines[] = {
     {nullptr, "Scene"},
-    {"click", "select a body"},
+    {"click  Ctrl drag", "select, pull a body"},
     {"H  Shift H", "hide it; show all"},
     {"I  T", "isolate it; follow it"},
-    {"Ctrl drag", "pull a simulated body"},
     {"M", "measure a distance"},
     {"X  K", "grid, camera frusta"},
     {"Esc", "end the tool; deselect"},
