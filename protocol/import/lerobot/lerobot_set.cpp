@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr uint64_t kMaxInfoBytes = 16 << 20;
+constexpr uint64_t kMaxInfoBytes = 4 << 20;
 constexpr size_t kMaxNames = 4096, kMaxNameBytes = 255;
 constexpr double kMaxIndex = 1e6;  // of chunks and files
 

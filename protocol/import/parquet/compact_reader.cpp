@@ -1,6 +1,15 @@
 #include "protocol/import/parquet/compact_reader.h"
 
 namespace fire3dv::imported {
+namespace {
+
+// Of elements of lists and maps: a boolean has a byte there, and none in a field.
+CompactType element_type(int code) {
+  const auto type = static_cast<CompactType>(code);
+  return type == CompactType::yes || type == CompactType::no ? CompactType::i8 : type;
+}
+
+}  // namespace
 
 uint8_t CompactReader::byte() {
   if (!ok_ || at_ == bytes_.size()) {
@@ -147,8 +156,7 @@ void CompactReader::skip(CompactType type, size_t depth) {
       const uint8_t head = byte();
       constexpr uint64_t kLong = 15;
       const uint64_t count = head >> 4 == kLong ? varint() : uint64_t{head} >> 4;
-      auto element = static_cast<CompactType>(head & 0x0f);
-      if (element == CompactType::yes || element == CompactType::no) element = CompactType::i8;
+      const CompactType element = element_type(head & 0x0f);
       for (uint64_t i = 0; ok_ && i < count; ++i) skip(element, depth + 1);
       return;
     }
@@ -156,8 +164,8 @@ void CompactReader::skip(CompactType type, size_t depth) {
       const uint64_t count = varint();
       const uint8_t types = count == 0 ? uint8_t{0} : byte();
       for (uint64_t i = 0; ok_ && i < count; ++i) {
-        skip(static_cast<CompactType>(types >> 4), depth + 1);
-        skip(static_cast<CompactType>(types & 0x0f), depth + 1);
+        skip(element_type(types >> 4), depth + 1);
+        skip(element_type(types & 0x0f), depth + 1);
       }
       return;
     }

@@ -25,6 +25,7 @@ constexpr int64_t kPlain = 0, kPlainDictionary = 2, kRle = 3, kRleDictionary = 8
 constexpr int64_t kDataPage = 0, kDictionaryPage = 2, kDataPage2 = 3;
 
 constexpr std::string_view kMagic = "PAR1";
+constexpr std::string_view kTooMuch = "the columns that are read have more than 4 GiB";
 constexpr size_t kTailBytes = 8;  // length of the footer, and the magic bytes
 constexpr size_t kMaxElements = 100'000, kMaxDepth = 32, kMaxGroups = 1'000'000, kMaxChunks = 4'000'000;
 
@@ -193,7 +194,9 @@ PageHeader read_page_header(CompactReader& reader) {
 // Decoder of the pages of a column chunk.
 class ParquetFile::Pages {
  public:
-  Pages(const Leaf& leaf, const Chunk& chunk) : leaf_(leaf), chunk_(chunk) {}
+  // left_bytes: of the file; pages are taken from it.
+  Pages(const Leaf& leaf, const Chunk& chunk, uint64_t& left_bytes)
+      : leaf_(leaf), chunk_(chunk), left_bytes_(left_bytes) {}
 
   // Error without the file's name.
   Result<void> read(Bytes bytes);
@@ -211,6 +214,7 @@ class ParquetFile::Pages {
 
   const Leaf& leaf_;
   const Chunk& chunk_;
+  uint64_t& left_bytes_;
   std::optional<std::vector<double>> dictionary_;
   uint64_t unpacked_bytes_ = 0;  // of all pages
 };
@@ -228,6 +232,8 @@ Result<void> ParquetFile::Pages::read(Bytes bytes) {
     unpacked_bytes_ += static_cast<uint64_t>(header.bytes);
     if (unpacked_bytes_ > kMaxChunkBytes)
       return Error{"it has more than " + std::to_string(kMaxChunkBytes >> 20) + " MiB in a row group"};
+    if (static_cast<uint64_t>(header.bytes) > left_bytes_) return Error{std::string(kTooMuch)};
+    left_bytes_ -= static_cast<uint64_t>(header.bytes);
     const Bytes packed = bytes.first(static_cast<size_t>(header.packed_bytes));
     bytes = bytes.subspan(packed.size());
     const size_t before = values.size();
@@ -278,14 +284,16 @@ Result<void> ParquetFile::Pages::read_page(const PageHeader& header, Bytes packe
   if (header.values < 0 ||
       static_cast<size_t>(header.values) > static_cast<size_t>(chunk_.values) - values.size())
     return Error{"the pages have more values than the column"};
-  if (header.definition_encoding != kRle || (leaf_.max_repetition != 0 && header.repetition_encoding != kRle))
+  if ((leaf_.max_definition != 0 && header.definition_encoding != kRle) ||
+      (leaf_.max_repetition != 0 && header.repetition_encoding != kRle))
     return Error{"its levels have an encoding that is not read"};
   const auto count = static_cast<size_t>(header.values);
   // Levels of version 2 are not compressed.
-  const int64_t level_bytes = is_second ? header.repetition_bytes + header.definition_bytes : 0;
-  if (header.repetition_bytes < 0 || header.definition_bytes < 0 || level_bytes > header.bytes ||
-      static_cast<uint64_t>(level_bytes) > packed.size())
+  if (header.repetition_bytes < 0 || header.repetition_bytes > header.bytes || header.definition_bytes < 0 ||
+      header.definition_bytes > header.bytes - header.repetition_bytes)
     return Error{"the levels of a page are damaged"};
+  const int64_t level_bytes = is_second ? header.repetition_bytes + header.definition_bytes : 0;
+  if (static_cast<uint64_t>(level_bytes) > packed.size()) return Error{"the levels of a page are damaged"};
   const auto level_size = static_cast<size_t>(level_bytes);
   auto page = decompress(header.is_packed ? chunk_.codec : kUncompressed, packed.subspan(level_size),
                          static_cast<size_t>(header.bytes) - level_size);
@@ -429,17 +437,16 @@ Result<void> ParquetFile::read_footer() {
     uint32_t definition, repetition;
   };
   std::vector<Open> open{{schema[0].children, 0, 0}};
-  std::string column;
   for (size_t i = 1; i < schema.size(); ++i) {
     while (!open.empty() && open.back().left == 0) open.pop_back();
     if (open.empty() || open.size() > kMaxDepth) return fault("its schema is damaged");
     --open.back().left;
     Open inner = open.back();
-    if (open.size() == 1) column = schema[i].name;
+    if (open.size() == 1) columns_.push_back(schema[i].name);
     inner.definition += schema[i].repetition == kOptional || schema[i].repetition == kRepeated;
     inner.repetition += schema[i].repetition == kRepeated;
     if (schema[i].children == 0) {
-      leaves_.push_back({column, schema[i].type, inner.definition, inner.repetition});
+      leaves_.push_back({columns_.size() - 1, schema[i].type, inner.definition, inner.repetition});
     } else {
       open.push_back({schema[i].children, inner.definition, inner.repetition});
     }
@@ -447,8 +454,14 @@ Result<void> ParquetFile::read_footer() {
   for (const Open& group : open) {
     if (group.left != 0) return fault("its schema is damaged");
   }
+  uint64_t chunk_bytes = 0;
   for (const Group& group : groups_) {
     if (group.chunks.size() != leaves_.size() || group.rows < 0) return fault("its metadata is damaged");
+    for (const Chunk& chunk : group.chunks) {
+      if (chunk.bytes < 0 || static_cast<uint64_t>(chunk.bytes) > size - chunk_bytes)
+        return fault("its columns have more bytes than the file");
+      chunk_bytes += static_cast<uint64_t>(chunk.bytes);
+    }
   }
   return {};
 }
@@ -456,7 +469,7 @@ Result<void> ParquetFile::read_footer() {
 Result<size_t> ParquetFile::find_leaf(const std::string& column) const {
   std::optional<size_t> found;
   for (size_t i = 0; i < leaves_.size(); ++i) {
-    if (leaves_[i].column != column) continue;
+    if (columns_[leaves_[i].column] != column) continue;
     if (found) return fault("column " + quote(column) + " has several parts");
     found = i;
   }
@@ -481,14 +494,17 @@ Result<NumberRows> ParquetFile::read_numbers(size_t group_index, const std::stri
   if (chunk.values < 0 || static_cast<uint64_t>(chunk.values) > kMaxNumbers)
     return fault_of("it has more than " + std::to_string(kMaxNumbers) + " numbers in a row group");
   const uint64_t size = source_->size();
-  if (chunk.begin < 0 || chunk.bytes < 0 || static_cast<uint64_t>(chunk.begin) > size ||
+  if (chunk.begin < 0 || static_cast<uint64_t>(chunk.begin) > size ||
       static_cast<uint64_t>(chunk.bytes) > size - static_cast<uint64_t>(chunk.begin))
     return fault_of("it lies outside of the file");
   if (static_cast<uint64_t>(chunk.bytes) > kMaxChunkBytes)
     return fault_of("it has more than " + std::to_string(kMaxChunkBytes >> 20) + " MiB in a row group");
+  const uint64_t number_bytes = static_cast<uint64_t>(chunk.values) * sizeof(double);
+  if (number_bytes > left_bytes_) return fault_of(std::string(kTooMuch));
+  left_bytes_ -= number_bytes;
   std::vector<std::byte> bytes(static_cast<size_t>(chunk.bytes));
   if (auto read = source_->read(static_cast<uint64_t>(chunk.begin), bytes); !read) return read.error();
-  Pages pages(leaf, chunk);
+  Pages pages(leaf, chunk, left_bytes_);
   if (auto read = pages.read(bytes); !read) return fault_of(read.error().message);
   const auto rows = static_cast<size_t>(group.rows);
   NumberRows numbers{1, std::move(pages.values)};

@@ -25,6 +25,7 @@ class ParquetFile {
  public:
   static constexpr uint64_t kMaxNumbers = uint64_t{1} << 25;  // of a column of a row group
   static constexpr uint64_t kMaxFooterBytes = 64 << 20, kMaxChunkBytes = 512 << 20, kMaxPageBytes = 128 << 20;
+  static constexpr uint64_t kMaxReadBytes = uint64_t{4} << 30;  // of all that is read, unpacked
 
   // Errors of all methods name the file.
   static Result<ParquetFile> open(std::unique_ptr<record::Source> source);
@@ -36,7 +37,7 @@ class ParquetFile {
 
  private:
   struct Leaf {
-    std::string column;  // top-level
+    size_t column = 0;  // top-level; index in columns_
     int64_t type = 0;
     uint32_t max_definition = 0, max_repetition = 0;
   };
@@ -54,8 +55,10 @@ class ParquetFile {
   Error fault(const std::string& what) const;
 
   std::unique_ptr<record::Source> source_;
+  std::vector<std::string> columns_;
   std::vector<Leaf> leaves_;
   std::vector<Group> groups_;
+  uint64_t left_bytes_ = kMaxReadBytes;
 };
 
 }  // namespace fire3dv::imported

@@ -3,13 +3,14 @@
 import json
 import os
 import random
+import struct
 
 import numpy as np
 
 from harness import Program, check, main, vulkan_environment
 from label_readers import read_json
 from parquet_reader import read_parquet
-from parquet_writer import write_parquet
+from parquet_writer import Long, compact, varint, write_parquet
 from relabel_test import matrix, poses_of, quaternion, relabel
 
 URDF = """<robot name="arm">
@@ -152,6 +153,32 @@ def a_wrong_choice_is_named(test):
     check(not os.path.exists(out), "a file of a failed import")
 
 
+def runs_file(groups, rows, shared):
+    """Episodes' Parquet with a run of one number in each group; shared: all groups have the same bytes."""
+    page = b"\1" + varint(rows << 1) + b"\0"
+    pages = (compact({1: 2, 2: 8, 3: 8, 7: {1: 1, 2: 0}})[1] + struct.pack("<q", 7) +
+             compact({1: 0, 2: len(page), 3: len(page), 5: {1: rows, 2: 8, 3: 4, 4: 4}})[1] + page)
+    body = b"PAR1" + pages * (1 if shared else groups)
+    chunks = [compact({1: [{3: {4: 0, 5: Long(rows), 7: Long(len(pages)), 9: Long(4 + (0 if shared else i) * len(pages))}}], 3: Long(rows)})[1]
+              for i in range(groups)]
+    footer = bytes([0x29, 0x2C]) + compact({4: "r", 5: 1})[1] + compact({1: 2, 3: 0, 4: "episode_index"})[1]
+    footer += bytes([0x29, 0xFC]) + varint(groups) + b"".join(chunks) + b"\0"
+    return body + footer + struct.pack("<I", len(footer)) + b"PAR1"
+
+
+def small_files_cost_little(test):
+    """Files of few bytes that claim much work."""
+    scene, folder, out = urdf_of(test), write_set(test.path("set"), table=[states(0)]), test.path("no.mcap")
+    flags = b"\x1b" + varint(1 << 62) + b"\x11\0"  # a map of booleans
+    for content, reason in ((b"PAR1" + flags + struct.pack("<I", len(flags)) + b"PAR1", "its metadata is damaged"),
+                            (runs_file(9999, 1 << 25, True), "its columns have more bytes than the file"),
+                            (runs_file(99, 1 << 25, False), 'column "episode_index": the columns that are read have more than 4 GiB')):
+        with open(os.path.join(folder, "meta/episodes/chunk-000/file-000.parquet"), "wb") as file:
+            file.write(content)
+        said = relabel(test, folder, scene, "--out", out, code=1)
+        check(reason in said and not os.path.exists(out), said)
+
+
 def hostile_files_end(test):
     scene, folder = urdf_of(test), write_set(test.path("set"), table=[states(0)], codec="snappy", dictionary=True)
     chance = random.Random(3)
@@ -174,4 +201,4 @@ def hostile_files_end(test):
 
 if __name__ == "__main__":
     main({"poses": poses_are_those_of_the_joints, "names": names_are_mapped, "own": our_own_set_comes_back, "choices": a_wrong_choice_is_named,
-          "hostile": hostile_files_end}, ("fire3dv",))
+          "hostile": hostile_files_end, "costly": small_files_cost_little}, ("fire3dv",))
