@@ -137,7 +137,8 @@ Result<std::unique_ptr<MessageSource>> open_messages(const std::filesystem::path
   if (fault) return Error{quote(path.string()) + " cannot be read: " + fault.message()};
   if (files.empty())
     return Error{quote(path.string()) +
-                 " has no .mcap or .db3 file: name a recording, or the folder of a bag"};
+                 " has no .mcap or .db3 file: name a recording, or the folder of a bag or "
+                 "of a LeRobot data set, which has meta/info.json"};
   std::sort(files.begin(), files.end(), comes_before);
   return FolderMessages::open(path, std::move(files), should_stop);
 }
