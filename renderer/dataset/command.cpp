@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,6 +21,7 @@
 #include "renderer/dataset/labels/objects.h"
 #include "renderer/dataset/labels/recorded_state.h"
 #include "renderer/dataset/randomize/randomizer.h"
+#include "renderer/dataset/randomize/scene_additions.h"
 #include "renderer/offline/image_set.h"
 #include "renderer/passes/outputs/silhouettes.h"
 
@@ -43,6 +45,10 @@ class LabelledImages final : public offline::ImageSet {
   bool has_flow_forward() const override { return has_flow_forward_; }
   std::optional<size_t> other_of_pair(size_t camera) const override {
     return options_.is_stereo ? std::optional(camera ^ 1) : std::nullopt;
+  }
+  Result<std::unique_ptr<const scene::LoadedScene>> prepare_scene(const scene::LoadedScene& loaded) override {
+    if (!plan_) return std::unique_ptr<const scene::LoadedScene>();
+    return add_to_scene(*plan_, loaded);
   }
   Result<std::shared_ptr<offline::FrameFormat>> open_format(const scene::Scene& scene,
                                                             const std::filesystem::path& gltf_file,
@@ -127,6 +133,9 @@ Result<void> LabelledImages::randomize(const scene::Scene& scene, Description& d
   std::string inputs;
   for (const auto& [name, trajectory] : plan_->paths) inputs += trajectory.digest;
   for (const auto& [name, map] : plan_->maps) inputs += map.digest;
+  for (const auto* const files : {&plan_->textures, &plan_->distractors}) {
+    for (const auto& [name, file] : *files) inputs += name + file.digest;
+  }
   inputs += plan_->given.digest;
   if (!inputs.empty()) settings.emplace_back("files of the randomization", inputs);
   randomizer_.emplace(*plan_, description.cameras);
@@ -183,7 +192,11 @@ Result<std::shared_ptr<offline::FrameFormat>> LabelledImages::open_format(
     if (is_final && node != scene::kNone && scene.cameras[scene.nodes[node].camera].orthographic)
       return orthographic(description.cameras.back());
   }
-  if (auto found = find_objects(scene, options_.objects, description); !found) return found.error();
+  std::set<uint32_t> without_labels;
+  if (plan_ && plan_->distractor_entry() && !plan_->distractor_entry()->has_flag("labels"))
+    without_labels = distractor_nodes(*plan_, scene);
+  if (auto found = find_objects(scene, options_.objects, description, without_labels); !found)
+    return found.error();
   if (auto read = read_keypoints(scene, options_.keypoints, description); !read) return read.error();
   if (options_.format == kLerobot) {
     if (auto described = describe_episode(scene, gltf_file, description); !described)

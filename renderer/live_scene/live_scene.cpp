@@ -153,7 +153,7 @@ void LiveScene::resolve() {
     for (const uint32_t node : nodes) changes.emplace_back(node, combined_edit(of_streams, node));
     edits_.change(scene(), std::move(changes));
   }
-  edits_.set_materials(user_.materials);
+  edits_.set_materials(user_.materials, user_.textures);
 }
 
 // Combines the edits of streams and of the user; nullopt: the node is unchanged.

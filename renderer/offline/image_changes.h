@@ -25,9 +25,9 @@ class ImageChanges {
   // An environment image that they get is of a new renderer.
   virtual Result<void> change_frame(uint64_t frame, state::UserEdits& edits,
                                     settings::DrawSettings& settings) = 0;
-  // Adds the transforms that depend on the poses of the frame, in which change_frame() is in effect. Returns
-  // false if there are none.
-  virtual bool add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) = 0;
+  // Adds transforms that depend on the poses of the frame, in which change_frame() and the transforms of
+  // earlier calls are in effect. Called again until it returns false, for none.
+  virtual Result<bool> add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) = 0;
   // Changes the camera of an image of the frame, by its index.
   virtual void change_camera(uint64_t image, const state::PoseState& poses,
                              app::CameraRig::Placed& camera) = 0;

@@ -14,6 +14,7 @@
 #include "renderer/camera/camera_rig.h"
 #include "renderer/offline/frame_format.h"
 #include "renderer/offline/image_changes.h"
+#include "renderer/scene/derived/loaded_scene.h"
 #include "renderer/scene/model/scene.h"
 #include "renderer/state/pose_state.h"
 
@@ -33,6 +34,10 @@ class ImageSet {
   virtual bool has_flow_forward() const { return true; }
   // True: images have the planes of motion and occlusion themselves, in place of the flow.
   virtual bool has_motion_planes() const { return false; }
+  // The scene that is drawn in place of the loaded one. Null: that one. Before all other calls.
+  virtual Result<std::unique_ptr<const scene::LoadedScene>> prepare_scene(const scene::LoadedScene&) {
+    return std::unique_ptr<const scene::LoadedScene>();
+  }
   // Adds the settings that determine the bytes of files to those of the manifest. After the scene is loaded
   // and before anything is written.
   using Settings = std::vector<std::pair<std::string, std::string>>;

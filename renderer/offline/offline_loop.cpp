@@ -172,11 +172,13 @@ Result<void> OfflineLoop::change(uint64_t frame, bool is_new_scene, const state:
     parts_.scene.follow();
   }
   pose(rest);
-  if (changes_->add_transforms(parts_.poses, edits.transforms)) {
+  for (;;) {
+    const Result<bool> added = changes_->add_transforms(parts_.poses, edits.transforms);
+    if (!added) return added.error();
+    if (!*added) return {};
     parts_.scene.set_user_edits(edits);
     pose(rest);
   }
-  return {};
 }
 
 // With the joint positions and transforms of --overlay, in the order of live runs.

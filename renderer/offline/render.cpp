@@ -389,18 +389,24 @@ Result<bool> Render::run() {
   auto loaded = load.wait();
   if (!loaded) return (*scene)->with_title(loaded.error());
   for (const std::string& note : load.notes()) log_message(note);
-  app::log_scene_summary((*scene)->title(), (*loaded)->scene);
+  std::unique_ptr<const scene::LoadedScene> prepared;
+  if (set_) {
+    auto made = set_->prepare_scene(**loaded);
+    if (!made) return (*scene)->with_title(made.error());
+    prepared = std::move(*made);
+  }
+  const scene::LoadedScene& shown = prepared ? *prepared : **loaded;
+  app::log_scene_summary((*scene)->title(), shown.scene);
   // Checked before the output is made, so that a mistyped name leaves nothing.
   for (const std::string& name : camera_names()) {
-    if (auto camera = app::CameraRig::create((*loaded)->scene, {camera_of_file(name), false, {}, {}});
-        !camera)
+    if (auto camera = app::CameraRig::create(shown.scene, {camera_of_file(name), false, {}, {}}); !camera)
       return (*scene)->with_title(camera.error());
   }
-  auto manifest = describe_frames(options_, timeline, *times, (*loaded)->scene, overlay_);
+  auto manifest = describe_frames(options_, timeline, *times, shown.scene, overlay_);
   if (!manifest) return manifest.error();
   std::shared_ptr<FrameFormat> format;
   if (set_) {
-    auto opened = set_->open_format((*loaded)->scene, load.gltf_file(), manifest->settings);
+    auto opened = set_->open_format(shown.scene, load.gltf_file(), manifest->settings);
     if (!opened) return (*scene)->with_title(opened.error());
     format = std::move(*opened);
     manifest->cameras = static_cast<uint32_t>(camera_names().size());
@@ -432,7 +438,7 @@ Result<bool> Render::run() {
   });
 
   if (!output->folder || output->folder->existing_frames() < part.frames) {
-    auto drawn = draw(load, **loaded, timeline, *manifest, *output);
+    auto drawn = draw(load, shown, timeline, *manifest, *output);
     if (!drawn || !*drawn) {
       if (output->video) output->video->abandon();
       return drawn ? drawn : (*scene)->with_title(drawn.error());

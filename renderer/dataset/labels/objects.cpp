@@ -146,14 +146,15 @@ void warn_of(const std::vector<std::string>& names, const char* what, Descriptio
 }  // namespace
 
 Result<void> find_objects(const scene::Scene& scene, std::span<const std::string> wanted,
-                          Description& description) {
+                          Description& description, const std::set<uint32_t>& without) {
   const auto chosen = find_wanted(scene, wanted);
   if (!chosen) return chosen.error();
   std::map<std::tuple<uint32_t, std::array<double, 3>>, uint32_t> object_of_shape;
   std::vector<std::string> sheared, deforming;
   for (uint32_t n = 0; n < scene.nodes.size(); ++n) {
     const scene::Node& node = scene.nodes[n];
-    if (node.mesh == scene::kNone || (!wanted.empty() && !chosen->contains(n))) continue;
+    if (node.mesh == scene::kNone || (!wanted.empty() && !chosen->contains(n)) || without.contains(n))
+      continue;
     const scene::Mesh& mesh = scene.meshes[node.mesh];
     if (mesh.unbounded || !has_triangles(scene, mesh)) continue;
     const Shape shape = shape_of(node.world_from_node);

@@ -2,9 +2,11 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -20,9 +22,11 @@ namespace fire3dv::dataset {
 namespace {
 
 constexpr uint64_t kMaxMapBytes = uint64_t{4} << 30;
+constexpr std::string_view kImages[] = {".png", ".jpg", ".jpeg", ".webp", ".ktx2"};
+constexpr std::string_view kAssets[] = {".glb", ".gltf"};
 constexpr size_t kMaxNumbers = 100'000;  // aliases repeat parts of a file
 constexpr const char* kNames[kSections] = {"cameras",     "nodes",      "materials", "lights",
-                                           "environment", "background", "scene"};
+                                           "environment", "background", "scene",     "distractors"};
 
 // Field of a section with the limits of its numbers.
 struct Rule {
@@ -55,12 +59,16 @@ constexpr Rule kRules[] = {
     {Section::nodes, "rotation", FieldType::rotation},
     {Section::nodes, "scale", FieldType::number, 1e-3, 1e3},
     {Section::nodes, "visible", FieldType::chance, 0, 1},
+    {Section::nodes, "settle", FieldType::flag},
     {Section::materials, "base_color", FieldType::vector, 0, 1},
     {Section::materials, "alpha", FieldType::number, 0, 1},
     {Section::materials, "metallic", FieldType::number, 0, 1},
     {Section::materials, "roughness", FieldType::number, 0, 1},
     {Section::materials, "emissive", FieldType::vector, 0, 1e4},
     {Section::materials, "normal_scale", FieldType::number, 0, 10},
+    {Section::materials, "base_color_texture", FieldType::files},
+    {Section::materials, "normal_texture", FieldType::files},
+    {Section::materials, "roughness_texture", FieldType::files},
     {Section::lights, "intensity", FieldType::number, 0, 1e9},
     {Section::lights, "color", FieldType::vector, 0, 1},
     {Section::lights, "radius_m", FieldType::number, 0, 1e3},
@@ -76,6 +84,15 @@ constexpr Rule kRules[] = {
     {Section::environment, "map", FieldType::word},
     {Section::background, "color", FieldType::vector, 0, 1},
     {Section::scene, "variant", FieldType::word},
+    {Section::distractors, "files", FieldType::files},
+    {Section::distractors, "copies", FieldType::number, 1, 100},
+    {Section::distractors, "count", FieldType::number, 0, kMaxDistractors},
+    {Section::distractors, "position_m", FieldType::vector, -kFar, kFar},
+    {Section::distractors, "turn_deg", FieldType::vector, -360, 360},
+    {Section::distractors, "rotation", FieldType::rotation},
+    {Section::distractors, "scale", FieldType::number, 1e-3, 1e3},
+    {Section::distractors, "settle", FieldType::flag},
+    {Section::distractors, "labels", FieldType::flag},
 };
 
 bool has_objects(Section section) {
@@ -202,7 +219,16 @@ class Parser {
     needs("focus_distance_m", "f_number");
     if (has("f_number") && !has("focus_distance_m") && !has("look_at"))
       faults.emplace_back("f_number needs focus_distance_m, or look_at to focus on");
-    if (section == Section::nodes) {
+    if (section == Section::distractors) {
+      for (const char* needed : {"files", "count"}) {
+        if (!has(needed)) faults.push_back(std::string("needs ") + needed);
+      }
+      if (const Field* const copies = entry.find("copies");
+          copies && (copies->number.kind != Distribution::Kind::constant ||
+                     copies->number.low != std::floor(copies->number.low)))
+        faults.emplace_back("copies must be a whole number, and is not drawn");
+    }
+    if (section == Section::nodes || section == Section::distractors) {
       excludes("position_m", "move_m");
       excludes("rotation", "turn_deg");
     }
@@ -234,6 +260,14 @@ class Parser {
         break;
       case FieldType::word:
         field.words = read_words(value);
+        break;
+      case FieldType::files:
+        read_files(value, field);
+        break;
+      case FieldType::flag:
+        if (!value.IsScalar() || (value.Scalar() != "true" && value.Scalar() != "false"))
+          fail(value, "must be true or false");
+        field.number.low = value.Scalar() == "true" ? 1 : 0;
         break;
       case FieldType::file:
         if (!value.IsScalar() || value.Scalar().empty()) fail(value, "name a file");
@@ -340,6 +374,22 @@ class Parser {
     return words;
   }
 
+  void read_files(const YAML::Node& value, Field& field) const {
+    if (value.IsMap() && value.size() == 1 && value["folder"].IsDefined()) {
+      if (!value["folder"].IsScalar() || value["folder"].Scalar().empty()) fail(value, "name a folder");
+      field.folder = value["folder"].Scalar();
+      return;
+    }
+    if (value.IsMap() && value.size() == 1 && !value["choice"].IsDefined())
+      fail(value, "needs a file, {choice: [A, B]}, or {folder: DIR}");
+    field.words = read_words(value);
+    if (field.words.size() > kMaxPlanFiles)
+      fail(value, "names more than " + std::to_string(kMaxPlanFiles) + " files");
+    for (const std::string& word : field.words) {
+      if (word.empty()) fail(value, "name a file");
+    }
+  }
+
   static constexpr const char* kForms =
       "needs a number, a range [LEAST, MOST], or one of {uniform: [LEAST, MOST]}, {log: [LEAST, MOST]}, "
       "{normal: [MEAN, DEVIATION]}, {choice: [A, B, ...]}";
@@ -427,6 +477,57 @@ Result<Plan> parse_plan(const std::string& text, const std::string& file) {
   return plan;
 }
 
+namespace {
+
+// Names of the folder's files with one of these endings, sorted, so that all machines draw from one list.
+Result<std::vector<std::string>> list_folder(const std::filesystem::path& root, const std::string& folder,
+                                             std::span<const std::string_view> endings) {
+  std::vector<std::string> names;
+  std::error_code fault;
+  for (std::filesystem::directory_iterator at(root / folder, fault), end; !fault && at != end;
+       at.increment(fault)) {
+    const std::string ending = lower_extension(at->path());
+    if (std::find(endings.begin(), endings.end(), ending) == endings.end()) continue;
+    names.push_back((std::filesystem::path(folder) / at->path().filename()).string());
+    if (names.size() > kMaxPlanFiles)
+      return Error{quote(folder) + " has more than " + std::to_string(kMaxPlanFiles) + " files"};
+  }
+  if (fault) return Error{"the folder " + quote(folder) + " cannot be read: " + fault.message()};
+  if (names.empty()) {
+    std::string known;
+    for (const std::string_view each : endings) known += (known.empty() ? "" : ", ") + std::string(each);
+    return Error{"the folder " + quote(folder) + " has no file that ends with " + known};
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// Resolves a folder, and adds the digests of the files.
+Result<void> find_files(const Plan& plan, const std::filesystem::path& root, const std::string& title,
+                        std::span<const std::string_view> endings, Field& field,
+                        std::map<std::string, Plan::Input, std::less<>>& inputs) {
+  const std::string at = plan.file + ":" + std::to_string(field.line) + ": " + title + ": ";
+  if (!field.folder.empty()) {
+    auto names = list_folder(root, field.folder, endings);
+    if (!names) return Error{at + names.error().message};
+    field.words = std::move(*names);
+  }
+  for (const std::string& word : field.words) {
+    if (inputs.contains(word)) continue;
+    const std::filesystem::path path = root / word;
+    if (std::find(endings.begin(), endings.end(), lower_extension(path)) == endings.end())
+      return Error{at + quote(word) + " is of no kind that can be read here: see docs/randomization.md"};
+    auto digest = digest_of_file(path, kMaxMapBytes);
+    if (!digest) return Error{at + digest.error().message};
+    inputs[word] = {path, hex(*digest).substr(0, 32)};
+    if (inputs.size() > kMaxPlanFiles)
+      return Error{at + "the file names more than " + std::to_string(kMaxPlanFiles) + " others"};
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<Plan> read_plan(const std::filesystem::path& file) {
   auto bytes = read_whole_file(file, kMaxPlanBytes);
   if (!bytes) return bytes.error();
@@ -450,6 +551,20 @@ Result<Plan> read_plan(const std::filesystem::path& file) {
                      ": environment.map: " + digest.error().message};
       plan->maps[maps->words[i]] = {map, hex(*digest).substr(0, 32)};
     }
+  }
+  for (Entry& entry : plan->entries[static_cast<size_t>(Section::materials)]) {
+    for (const char* name : kTextureFields) {
+      const auto field = entry.fields.find(name);
+      if (field == entry.fields.end()) continue;
+      auto found = find_files(*plan, file.parent_path(), "materials." + entry.pattern + "." + name, kImages,
+                              field->second, plan->textures);
+      if (!found) return found.error();
+    }
+  }
+  for (Entry& entry : plan->entries[static_cast<size_t>(Section::distractors)]) {
+    auto found = find_files(*plan, file.parent_path(), "distractors.files", kAssets, entry.fields.at("files"),
+                            plan->distractors);
+    if (!found) return found.error();
   }
   return plan;
 }

@@ -18,17 +18,28 @@
 
 namespace fire3dv::dataset {
 
-enum class Section : uint8_t { cameras, nodes, materials, lights, environment, background, scene };
-constexpr size_t kSections = 7;
+enum class Section : uint8_t {
+  cameras,
+  nodes,
+  materials,
+  lights,
+  environment,
+  background,
+  scene,
+  distractors
+};
+constexpr size_t kSections = 8;
 
-enum class FieldType : uint8_t { number, vector, chance, place, rotation, word, file };
+// files: words that are names of files. flag: true or false, not drawn.
+enum class FieldType : uint8_t { number, vector, chance, place, rotation, word, file, files, flag };
 struct Field {
   FieldType type = FieldType::number;
   double least = 0, most = 0;  // limits of its numbers
   Distribution number;
   VectorDistribution vector;
   std::string node;                // of look_at: name or path; empty: the vector
-  std::vector<std::string> words;  // texts to choose from; of a file: its path
+  std::vector<std::string> words;  // texts to choose from; of files: their paths
+  std::string folder;              // of files: all of it, read by read_plan(); empty: the words
   int line = 0;
 };
 
@@ -42,6 +53,10 @@ struct Entry {
     const auto found = fields.find(name);
     return found == fields.end() ? nullptr : &found->second;
   }
+  bool has_flag(std::string_view name) const {
+    const Field* const field = find(name);
+    return field && field->number.low != 0;
+  }
 };
 
 struct Plan {
@@ -53,14 +68,25 @@ struct Plan {
     std::filesystem::path path;
     std::string digest;
   };
-  std::map<std::string, Input, std::less<>> maps;  // of the environment, by the text of the file
+  std::map<std::string, Input, std::less<>> maps;         // of the environment, by the text of the file
+  std::map<std::string, Input, std::less<>> textures;     // of materials
+  std::map<std::string, Input, std::less<>> distractors;  // glTF files
   GivenDraws given;
   std::array<std::vector<Entry>, kSections> entries;
 
+  // Null: there are none.
+  const Entry* distractor_entry() const {
+    const std::vector<Entry>& found = of(Section::distractors);
+    return found.empty() ? nullptr : &found.front();
+  }
   const std::vector<Entry>& of(Section section) const { return entries[static_cast<size_t>(section)]; }
 };
 
 constexpr size_t kMaxPlanBytes = 64 << 10;
+constexpr size_t kMaxPlanFiles = 1000;    // textures, and glTF files of distractors
+constexpr size_t kMaxDistractors = 1000;  // files times copies
+// Fields of materials that choose a texture.
+constexpr const char* kTextureFields[] = {"base_color_texture", "normal_texture", "roughness_texture"};
 
 // Errors name file, line and field.
 Result<Plan> parse_plan(const std::string& text, const std::string& file);

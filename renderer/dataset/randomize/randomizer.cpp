@@ -11,7 +11,9 @@
 #include "base/nearest_names.h"
 #include "base/text.h"
 #include "base/words.h"
+#include "renderer/dataset/randomize/scene_additions.h"
 #include "renderer/passes/view/view.h"
+#include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/scene/model/node_names.h"
 #include "renderer/scene/textures/environment.h"
@@ -48,11 +50,45 @@ std::vector<std::string> paths_of(const std::vector<scene::Node>& nodes) {
   return paths;
 }
 // The first one, glTF's default material, has no name.
-std::vector<std::string> names_of(const std::vector<scene::Material>& materials) {
+std::vector<std::string> material_names(const scene::Scene& scene) {
   std::vector<std::string> names;
-  for (size_t i = 0; i < materials.size(); ++i)
-    names.push_back(materials[i].name.empty() ? "#" + std::to_string(i) : materials[i].name);
+  for (size_t i = 0; i < scene.materials.size(); ++i) names.push_back(material_name(scene, i));
   return names;
+}
+
+// Draws of settled poses, relative to the node's parent.
+constexpr const char* kSettledPosition = "settled_m";
+constexpr const char* kSettledRotation = "settled_rotation";
+Field settled_field(FieldType type) {
+  Field field;
+  field.type = type;
+  field.most = type == FieldType::rotation ? 1 : 1e9;
+  field.least = -field.most;
+  return field;
+}
+
+// Rotation and scale of an affine matrix without shear.
+struct Axes {
+  glm::dquat rotation;
+  glm::dvec3 scale;
+};
+Axes axes_of(const glm::dmat4& matrix) {
+  glm::dmat3 axes(matrix);
+  Axes result{};
+  for (int i = 0; i < 3; ++i) {
+    result.scale[i] = glm::length(axes[i]);
+    axes[i] /= std::max(result.scale[i], 1e-300);
+  }
+  if (glm::determinant(axes) < 0) {
+    axes[0] = -axes[0];
+    result.scale.x = -result.scale.x;
+  }
+  result.rotation = glm::normalize(glm::quat_cast(axes));
+  return result;
+}
+
+bool collides(const scene::Primitive& primitive) {
+  return primitive.topology == scene::Topology::triangles && primitive.index_count > 0;
 }
 
 bool is_placed(const Entry& fields) {
@@ -80,9 +116,11 @@ bool fits(const DrawnValue& value, const Field& field) {
       return std::abs(square - 1) < 1e-3;
     }
     case FieldType::word:
+    case FieldType::files:
       return value.numbers.empty() &&
              std::find(field.words.begin(), field.words.end(), value.text) != field.words.end();
     case FieldType::file:
+    case FieldType::flag:
       break;
   }
   return false;
@@ -125,6 +163,28 @@ class Randomizer::Draws {
     const glm::dquat value = draw_of(name).rotation();
     return record(name, {{value.x, value.y, value.z, value.w}, {}}), value;
   }
+  // A whole number.
+  std::optional<double> count(const char* name) {
+    const Field* const field = fields_.find(name);
+    if (!field) return {};
+    if (const DrawnValue* const given = find_given(name)) return given->numbers[0];
+    const double value = std::round(draw_of(name).number(field->number));
+    return record(name, {{value}, {}}), value;
+  }
+  // One of the object's own, whatever its fields: a choice among many objects, or a result of physics.
+  bool choice(const char* name, bool value) {
+    if (const DrawnValue* const given = find_given(name)) return given->numbers[0] != 0;
+    return record(name, {{value ? 1.0 : 0.0}, {}}), value;
+  }
+  // Null: not given. It is not recorded.
+  const DrawnValue* given(const char* name) const {
+    const auto frame = owner_.given_.find(owner_.frame_);
+    if (frame == owner_.given_.end()) return nullptr;
+    const auto found = frame->second.find(prefix_ + name);
+    return found == frame->second.end() ? nullptr : &found->second;
+  }
+  void note(const char* name, DrawnValue value) { record(name, std::move(value)); }
+  double rank(const char* name) const { return draw_of(name).unit(); }
   std::optional<std::string> word(const char* name) {
     const Field* const field = fields_.find(name);
     if (!field) return {};
@@ -138,12 +198,9 @@ class Randomizer::Draws {
   void record(const char* name, DrawnValue value) { record_.emplace_back(prefix_ + name, std::move(value)); }
   // Checked by check_given().
   const DrawnValue* find_given(const char* name) {
-    const auto frame = owner_.given_.find(owner_.frame_);
-    if (frame == owner_.given_.end()) return nullptr;
-    const auto found = frame->second.find(prefix_ + name);
-    if (found == frame->second.end()) return nullptr;
-    record(name, found->second);
-    return &found->second;
+    const DrawnValue* const found = given(name);
+    if (found) record(name, *found);
+    return found;
   }
 
   const Randomizer& owner_;
@@ -210,8 +267,8 @@ std::vector<Randomizer::Unmatched> Randomizer::unmatched(const Plan& plan, const
       Section::nodes, "node", [&](const std::string& p) { return any(names, p) || any(paths, p); },
       [&](const std::string& word) { return scene::node_names(scene, word); });
   check(
-      Section::materials, "material", [&](const std::string& p) { return any(names_of(scene.materials), p); },
-      [&](const std::string&) { return names_of(scene.materials); });
+      Section::materials, "material", [&](const std::string& p) { return any(material_names(scene), p); },
+      [&](const std::string&) { return material_names(scene); });
   std::vector<std::string> lights;
   for (const scene::Node& node : scene.nodes) {
     if (node.light != scene::kNone) lights.push_back(node.name.empty() ? node.path : node.name);
@@ -232,12 +289,27 @@ Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::Dr
   names_.emplace(scene);
   exposure_ = settings.post.exposure;
   nodes_ = match(plan_, Section::nodes, names_of(scene.nodes), paths_of(scene.nodes));
-  materials_ = match(plan_, Section::materials, names_of(scene.materials), {});
+  materials_ = match(plan_, Section::materials, material_names(scene), {});
   lights_ = match(plan_, Section::lights, names_of(scene.nodes), paths_of(scene.nodes));
   std::erase_if(lights_,
                 [&](const Object& object) { return scene.nodes[object.index].light == scene::kNone; });
+  // Distractors have their own section.
+  const std::set<uint32_t> nodes_of_distractors = distractor_nodes(plan_, scene);
+  std::erase_if(nodes_, [&](const Object& object) { return nodes_of_distractors.contains(object.index); });
+  distractors_.clear();
+  if (const Entry* const entry = plan_.distractor_entry()) {
+    for (const std::string& file : entry->find("files")->words) {
+      for (uint32_t copy = 1; copy <= copies_of(*entry); ++copy) {
+        const uint32_t node = find_distractor(scene, file, copy);
+        if (node == scene::kNone) continue;
+        distractors_.push_back(
+            {node, "distractors." + printable_text(file, 300) + "#" + std::to_string(copy) + ".", *entry});
+      }
+    }
+  }
+  hulls_.clear();
   size_t parameters = 0;
-  for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_}) {
+  for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_, &distractors_}) {
     for (const Object& object : *objects) {
       parameters += object.fields.fields.size();
       const Field* const target = object.fields.find("look_at");
@@ -336,12 +408,36 @@ Result<void> Randomizer::check_given() const {
   std::map<std::string, const Field*, std::less<>> known;
   const auto add = [&](const std::string& title, const Entry& fields) {
     for (const auto& [name, field] : fields.fields) {
-      if (field.type != FieldType::file && field.node.empty()) known[title + name] = &field;
+      const bool is_drawn = field.type != FieldType::file && field.type != FieldType::flag;
+      if (is_drawn && field.node.empty()) known[title + name] = &field;
     }
   };
+  static const Field position = settled_field(FieldType::vector),
+                     rotation = settled_field(FieldType::rotation);
+  static const Field visible = [] {
+    Field field;
+    field.type = FieldType::chance;
+    field.most = 1;
+    return field;
+  }();
   for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_}) {
     for (const Object& object : *objects) add(object.title, object.fields);
   }
+  for (const auto* objects : {&nodes_, &distractors_}) {
+    for (const Object& object : *objects) {
+      if (objects == &distractors_) {
+        add(object.title, object.fields);
+        known[object.title + "visible"] = &visible;
+        known.erase(object.title + "files");
+        known.erase(object.title + "copies");
+        known.erase(object.title + "count");
+      }
+      if (!object.fields.has_flag("settle")) continue;
+      known[object.title + kSettledPosition] = &position;
+      known[object.title + kSettledRotation] = &rotation;
+    }
+  }
+  if (const Entry* const entry = plan_.distractor_entry()) known["distractors.count"] = entry->find("count");
   for (const Section section : {Section::environment, Section::background, Section::scene}) {
     for (const Entry& entry : plan_.of(section)) add(std::string(name_of(section)) + ".", entry);
   }
@@ -366,9 +462,14 @@ Result<void> Randomizer::change_frame(uint64_t frame, state::UserEdits& edits,
                                       settings::DrawSettings& settings) {
   frame_ = frame;
   of_frame_.clear();
+  settling_.clear();
   for (const Object& object : nodes_) change_node(object, edits);
   for (const Object& object : materials_) change_material(object, edits);
   for (const Object& object : lights_) change_light(object, edits);
+  change_distractors(edits);
+  hidden_ = edits.hidden;
+  hidden_.insert(edits.removed.begin(), edits.removed.end());
+  step_ = Step::settle;
   for (const Entry& entry : plan_.of(Section::scene)) {
     Draws draws(*this, "scene.", entry, of_frame_);
     if (const auto variant = draws.word("variant")) {
@@ -380,10 +481,42 @@ Result<void> Randomizer::change_frame(uint64_t frame, state::UserEdits& edits,
 
 void Randomizer::change_node(const Object& object, state::UserEdits& edits) {
   Draws draws(*this, object.title, object.fields, of_frame_);
-  if (const auto visible = draws.chance("visible"); visible && !*visible) edits.hidden.insert(object.index);
+  const auto visible = draws.chance("visible");
+  if (visible && !*visible)
+    edits.hidden.insert(object.index);
+  else if (object.fields.has_flag("settle"))
+    settling_.push_back(object);
   const auto edited = edits.transforms.find(object.index);
   const glm::dmat4 before(edited == edits.transforms.end() ? scene_->nodes[object.index].parent_from_node
                                                            : state::parent_from_node(edited->second));
+  place_node(object, draws, before, edits);
+}
+
+// Of all files and copies as many as `count` are shown, those that come first in an order that is drawn.
+void Randomizer::change_distractors(state::UserEdits& edits) {
+  const Entry* const entry = plan_.distractor_entry();
+  if (!entry) return;
+  const double count = *Draws(*this, "distractors.", *entry, of_frame_).count("count");
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t i = 0; i < distractors_.size(); ++i)
+    order.emplace_back(Draws(*this, distractors_[i].title, *entry, of_frame_).rank("order"), i);
+  std::sort(order.begin(), order.end());
+  std::vector<bool> is_chosen(distractors_.size());
+  for (size_t i = 0; i < order.size(); ++i) is_chosen[order[i].second] = static_cast<double>(i) < count;
+  for (size_t i = 0; i < distractors_.size(); ++i) {
+    const Object& object = distractors_[i];
+    Draws draws(*this, object.title, object.fields, of_frame_);
+    if (!draws.choice("visible", is_chosen[i])) {
+      edits.hidden.insert(object.index);
+      continue;
+    }
+    place_node(object, draws, glm::dmat4(1), edits);
+    if (object.fields.has_flag("settle")) settling_.push_back(object);
+  }
+}
+
+void Randomizer::place_node(const Object& object, Draws& draws, const glm::dmat4& before,
+                            state::UserEdits& edits) {
   const auto position = draws.vector("position_m"), move = draws.vector("move_m"),
              turn = draws.vector("turn_deg");
   const auto rotation = draws.rotation("rotation");
@@ -416,6 +549,15 @@ void Randomizer::change_material(const Object& object, state::UserEdits& edits) 
   set("roughness", factors.roughness);
   set("normal_scale", factors.normal_scale);
   edits.materials[object.index] = factors;
+  scene::MaterialTextures textures;
+  const auto choose = [&](const char* name, uint32_t& texture) {
+    if (const auto file = draws.word(name))
+      texture = find_texture(*scene_, *file, std::string_view(name) == "base_color_texture");
+  };
+  choose("base_color_texture", textures.base_color);
+  choose("normal_texture", textures.normal);
+  choose("roughness_texture", textures.metallic_roughness);
+  if (textures != scene::MaterialTextures()) edits.textures[object.index] = textures;
 }
 
 void Randomizer::change_light(const Object& object, state::UserEdits& edits) {
@@ -497,8 +639,158 @@ Randomizer::Placement Randomizer::place(Draws& draws, const Entry& fields, const
   return result;
 }
 
-bool Randomizer::add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) {
-  warn_of_driven_nodes(poses);
+Result<bool> Randomizer::add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) {
+  if (step_ == Step::settle) {
+    step_ = Step::lights;
+    warn_of_driven_nodes(poses);
+    const auto settled = settle_nodes(poses, transforms);
+    if (!settled || *settled) return settled;
+  }
+  if (step_ == Step::lights) {
+    step_ = Step::done;
+    if (place_lights(poses, transforms)) return true;
+  }
+  return false;
+}
+
+bool Randomizer::is_hidden(uint32_t node) const {
+  for (uint32_t at = node; at != scene::kNone; at = scene_->nodes[at].parent) {
+    if (hidden_.contains(at)) return true;
+  }
+  return false;
+}
+
+std::vector<uint32_t> Randomizer::owners_of_meshes() const {
+  std::set<uint32_t> settling;
+  for (const Object& object : settling_) settling.insert(object.index);
+  std::vector<uint32_t> owners(scene_->nodes.size(), scene::kNone);
+  for (uint32_t n = 0; n < owners.size(); ++n) {
+    const uint32_t parent = scene_->nodes[n].parent;
+    if (parent != scene::kNone) owners[n] = owners[parent];
+    if (owners[n] == scene::kNone && settling.contains(n)) owners[n] = n;
+  }
+  return owners;
+}
+
+FixedTriangles Randomizer::fixed_triangles(const state::PoseState& poses,
+                                           const std::vector<uint32_t>& owners) const {
+  FixedTriangles fixed;
+  for (uint32_t n = 0; n < scene_->nodes.size(); ++n) {
+    const scene::Node& node = scene_->nodes[n];
+    if (node.mesh == scene::kNone || owners[n] != scene::kNone || scene::is_deformed(node) || is_hidden(n))
+      continue;
+    const glm::mat4 world_from_node = poses.world_from_node(n);
+    const scene::Mesh& mesh = scene_->meshes[node.mesh];
+    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+      const scene::Primitive& primitive = scene_->primitives[p];
+      if (!collides(primitive)) continue;
+      const auto first = static_cast<uint32_t>(fixed.positions_m.size());
+      for (uint32_t v = 0; v < primitive.vertex_count; ++v)
+        fixed.positions_m.emplace_back(world_from_node *
+                                       glm::vec4(scene_->positions[primitive.first_vertex + v], 1));
+      for (uint32_t i = 0; i < primitive.index_count; ++i)
+        fixed.indices.push_back(first + scene_->indices[primitive.first_index + i]);
+    }
+  }
+  return fixed;
+}
+
+FallingBody Randomizer::falling_body(const state::PoseState& poses, const std::vector<uint32_t>& owners,
+                                     uint32_t body) {
+  const glm::dmat4 world_from_body(poses.world_from_node(body));
+  FallingBody falling;
+  falling.rotation = axes_of(world_from_body).rotation;
+  falling.position_m = glm::dvec3(world_from_body[3]);
+  glm::dmat4 rigid = glm::mat4_cast(falling.rotation);
+  rigid[3] = world_from_body[3];
+  const glm::dmat4 rigid_from_world = glm::inverse(rigid);
+  for (uint32_t n = body; n < scene_->nodes.size(); ++n) {
+    const scene::Node& node = scene_->nodes[n];
+    if (owners[n] != body || node.mesh == scene::kNone || is_hidden(n)) continue;
+    const auto [cached, is_new] = hulls_.try_emplace(node.mesh);
+    if (is_new) {
+      std::vector<glm::vec3> points;
+      const scene::Mesh& mesh = scene_->meshes[node.mesh];
+      for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
+        const scene::Primitive& primitive = scene_->primitives[p];
+        if (!collides(primitive)) continue;
+        const auto first = scene_->positions.begin() + primitive.first_vertex;
+        points.insert(points.end(), first, first + primitive.vertex_count);
+      }
+      cached->second = hull_of(points);
+    }
+    if (cached->second.empty()) continue;
+    const glm::dmat4 body_from_node = rigid_from_world * glm::dmat4(poses.world_from_node(n));
+    Hull& hull = falling.hulls.emplace_back();
+    for (const glm::vec3& point : cached->second)
+      hull.emplace_back(body_from_node * glm::dvec4(glm::dvec3(point), 1));
+  }
+  return falling;
+}
+
+// Nodes without triangles stay, as do those that fall out of the scene.
+Result<bool> Randomizer::settle_nodes(const state::PoseState& poses, state::NodeTransforms& transforms) {
+  if (settling_.empty()) return false;
+  const std::vector<uint32_t> owners = owners_of_meshes();
+  const auto parent_from_world = [&](uint32_t node) {
+    const uint32_t parent = scene_->nodes[node].parent;
+    return parent == scene::kNone ? glm::dmat4(1) : glm::inverse(glm::dmat4(poses.world_from_node(parent)));
+  };
+  const auto place = [&](const Object& object, const glm::dvec3& position, const glm::dquat& rotation) {
+    const glm::dmat4 before =
+        parent_from_world(object.index) * glm::dmat4(poses.world_from_node(object.index));
+    glm::dmat4 after = glm::mat4_cast(rotation) * glm::scale(glm::dmat4(1), axes_of(before).scale);
+    after[3] = glm::dvec4(position, 1);
+    transforms[object.index] = state::to_transform(glm::mat4(after));
+  };
+  std::vector<const Object*> falling;
+  std::vector<FallingBody> bodies;
+  bool has_any = false;
+  for (const Object& object : settling_) {
+    if (is_hidden(object.index) || owners[object.index] != object.index) continue;
+    Draws draws(*this, object.title, object.fields, of_frame_);
+    const DrawnValue* const position = draws.given(kSettledPosition);
+    const DrawnValue* const rotation = draws.given(kSettledRotation);
+    if (position && rotation) {
+      draws.note(kSettledPosition, *position);
+      draws.note(kSettledRotation, *rotation);
+      const auto &p = position->numbers, &r = rotation->numbers;
+      place(object, {p[0], p[1], p[2]}, glm::normalize(glm::dquat(r[3], r[0], r[1], r[2])));
+      has_any = true;
+      continue;
+    }
+    FallingBody body = falling_body(poses, owners, object.index);
+    if (body.hulls.empty()) {
+      warn_once(object.title + "settle: the node has no triangles, and stays");
+      continue;
+    }
+    falling.push_back(&object);
+    bodies.push_back(std::move(body));
+  }
+  if (bodies.empty()) return has_any;
+  const auto resting = settle(fixed_triangles(poses, owners), bodies);
+  if (!resting) return Error{plan_.file + ": " + resting.error().message};
+  for (size_t i = 0; i < falling.size(); ++i) {
+    const RestingBody& rest = (*resting)[i];
+    if (rest.has_fallen)
+      warn_once(falling[i]->title + "settle: the node falls out of the scene, and stays where it began");
+    else if (!rest.is_at_rest)
+      warn_once(falling[i]->title + "settle: the node still moves after " + std::to_string(kMaxSettleSteps) +
+                " steps, and is drawn where it is then");
+    glm::dmat4 world = glm::mat4_cast(rest.rotation);
+    world[3] = glm::dvec4(rest.position_m, 1);
+    const glm::dmat4 parent_from_body = parent_from_world(falling[i]->index) * world;
+    const glm::dvec3 position(parent_from_body[3]);
+    const glm::dquat rotation = axes_of(parent_from_body).rotation;
+    Draws draws(*this, falling[i]->title, falling[i]->fields, of_frame_);
+    draws.note(kSettledPosition, {{position.x, position.y, position.z}, {}});
+    draws.note(kSettledRotation, {{rotation.x, rotation.y, rotation.z, rotation.w}, {}});
+    place(*falling[i], position, rotation);
+  }
+  return true;
+}
+
+bool Randomizer::place_lights(const state::PoseState& poses, state::NodeTransforms& transforms) {
   bool has_any = false;
   for (const Object& object : lights_) {
     if (!is_placed(object.fields)) continue;
@@ -519,7 +811,8 @@ void Randomizer::warn_of_driven_nodes(const state::PoseState& poses) {
     for (const Object& object : *objects) {
       const Entry& fields = object.fields;
       const bool is_placed = fields.find("position_m") || fields.find("move_m") || fields.find("turn_deg") ||
-                             fields.find("rotation") || fields.find("scale") || fields.find("look_at");
+                             fields.find("rotation") || fields.find("scale") || fields.find("look_at") ||
+                             fields.has_flag("settle");
       if (!is_placed || !poses.age_of_driver(object.index)) continue;
       warn_once(object.title + "*: its place has no effect: a recorded stream moves the node");
     }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "renderer/dataset/randomize/plan.h"
+#include "renderer/dataset/randomize/settle.h"
 #include "renderer/offline/image_changes.h"
 
 namespace fire3dv::dataset {
@@ -33,7 +34,7 @@ class Randomizer final : public offline::ImageChanges {
   Result<void> set_scene(const scene::Scene& scene, const settings::DrawSettings& settings) override;
   Result<void> change_frame(uint64_t frame, state::UserEdits& edits,
                             settings::DrawSettings& settings) override;
-  bool add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) override;
+  Result<bool> add_transforms(const state::PoseState& poses, state::NodeTransforms& transforms) override;
   void change_camera(uint64_t image, const state::PoseState& poses, app::CameraRig::Placed& camera) override;
   bool has_lens() const override;
 
@@ -54,6 +55,16 @@ class Randomizer final : public offline::ImageChanges {
   static std::vector<Object> match(const Plan& plan, Section section, const std::vector<std::string>& names,
                                    const std::vector<std::string>& paths);
   void change_node(const Object& object, state::UserEdits& edits);
+  void change_distractors(state::UserEdits& edits);
+  // Draws the place of a node. before: its transform.
+  void place_node(const Object& object, Draws& draws, const glm::dmat4& before, state::UserEdits& edits);
+  Result<bool> settle_nodes(const state::PoseState& poses, state::NodeTransforms& transforms);
+  bool place_lights(const state::PoseState& poses, state::NodeTransforms& transforms);
+  FixedTriangles fixed_triangles(const state::PoseState& poses, const std::vector<uint32_t>& owners) const;
+  FallingBody falling_body(const state::PoseState& poses, const std::vector<uint32_t>& owners, uint32_t node);
+  // The settled node with each node's mesh: itself or one above it; kNone: none.
+  std::vector<uint32_t> owners_of_meshes() const;
+  bool is_hidden(uint32_t node) const;
   void change_material(const Object& object, state::UserEdits& edits);
   void change_light(const Object& object, state::UserEdits& edits);
   Result<void> change_settings(settings::DrawSettings& settings);
@@ -72,7 +83,7 @@ class Randomizer final : public offline::ImageChanges {
   void warn_of_driven_nodes(const state::PoseState& poses);
 
   const Plan& plan_;
-  std::vector<Object> cameras_, nodes_, materials_, lights_;
+  std::vector<Object> cameras_, nodes_, materials_, lights_, distractors_;
   size_t camera_count_;
   const scene::Scene* scene_ = nullptr;
   std::optional<state::NodeNames> names_;  // of the scene
@@ -83,6 +94,11 @@ class Randomizer final : public offline::ImageChanges {
   double noise_ = 0;
   std::set<std::string> warned_;
   std::map<std::string, std::shared_ptr<const scene::EnvironmentImage>> maps_;  // the last ones
+  // Of the frame: nodes to settle, and those that are not drawn.
+  std::vector<Object> settling_;
+  std::set<uint32_t> hidden_;
+  enum class Step : uint8_t { settle, lights, done } step_ = Step::done;  // of add_transforms()
+  std::map<uint32_t, Hull> hulls_;                                        // by mesh, in its axes
 };
 
 }  // namespace fire3dv::dataset

@@ -63,6 +63,7 @@ EditUploader::Changed EditUploader::upload(gpu::Recorder& recorder, gpu::Staging
   if (materials) {
     // Recorded first: nodes with colour edits copy these materials.
     upload_materials(change);
+    upload_textures(change);
     std::exchange(change.patches, {}).record(recorder, staging);
   }
   if (revisions_.visible != edits.revisions().visible) upload_visibility(change);
@@ -128,6 +129,31 @@ void EditUploader::upload_materials(Change& change) {
   for (const auto& [number, factors] : materials_) {
     const auto old = before.find(number);
     if (number < count && (old == before.end() || old->second != factors)) write(number, factors);
+  }
+}
+
+void EditUploader::upload_textures(Change& change) {
+  if (textures_ == change.edits.textures()) return;
+  const scene::MaterialTextureEdits before = std::exchange(textures_, change.edits.textures());
+  const TextureFacts facts = texture_facts(change.scene, change.gpu_scene.filters_anisotropically);
+  const auto write = [&](uint32_t number, const scene::MaterialTextures& textures) {
+    const scene::Material edited = scene::with_textures(change.scene.materials[number], textures);
+    const MaterialRecord record = material_records(std::span(&edited, 1), facts).materials[0];
+    const VkDeviceSize at = number * sizeof(MaterialRecord);
+    const auto write_use = [&](size_t offset, const gpu_types::TextureUse& use) {
+      change.patches.write(change.gpu_scene.materials, at + offset, use);
+    };
+    write_use(offsetof(MaterialRecord, base_color_texture), record.base_color_texture);
+    write_use(offsetof(MaterialRecord, normal_texture), record.normal_texture);
+    write_use(offsetof(MaterialRecord, metallic_roughness_texture), record.metallic_roughness_texture);
+  };
+  const size_t count = change.scene.materials.size();
+  for (const auto& [number, textures] : before) {
+    if (number < count && !textures_.contains(number)) write(number, {});
+  }
+  for (const auto& [number, textures] : textures_) {
+    const auto old = before.find(number);
+    if (number < count && (old == before.end() || old->second != textures)) write(number, textures);
   }
 }
 

@@ -27,6 +27,7 @@ class EditUploader {
   void reset() {
     revisions_ = {};
     materials_.clear();
+    textures_.clear();
     colors_.clear();
     vertices_.clear();
   }
@@ -46,6 +47,7 @@ class EditUploader {
   };
   static void upload_visibility(Change& change);
   void upload_materials(Change& change);
+  void upload_textures(Change& change);
   // recreate: creates new material copies for all nodes with colour edits.
   void upload_colors(Change& change, bool recreate);
   void reserve_colors(Change& change);
@@ -65,6 +67,7 @@ class EditUploader {
   gpu::Device& device_;
   scene::EditRevisions revisions_;
   scene::MaterialEdits materials_;
+  scene::MaterialTextureEdits textures_;
   std::map<uint32_t, Color> colors_;  // by node
   std::map<uint32_t, std::shared_ptr<const scene::ReplacedVertices>> vertices_;
 };

@@ -332,8 +332,9 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
   level_groups = upload_array(device, loader, level_group_records(clustered));
   cluster_triangles = upload_array(device, loader, clustered.triangles);
 
-  const MaterialRecords records = material_records(
-      scene.materials, texture_facts(scene, uses.anisotropy > 1 && device.report().anisotropy));
+  filters_anisotropically = uses.anisotropy > 1 && device.report().anisotropy;
+  const MaterialRecords records =
+      material_records(scene.materials, texture_facts(scene, filters_anisotropically));
   materials = upload_array(device, loader, records.materials);
   scene_material_count = static_cast<uint32_t>(records.materials.size());
   scene_primitive_count = static_cast<uint32_t>(geometry.size());

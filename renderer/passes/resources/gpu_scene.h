@@ -60,11 +60,12 @@ struct SceneGeometry {
   bool has_forward_only = false;             // has forward-only draws
   bool has_blended_triangles = false;        // blended or transmissive ones, hidden or not
   bool has_masked = false;
-  bool has_extensions = false;  // materials with glTF extensions
-  bool has_textures = false;    // materials with textures
-  bool has_second_uv = false;   // a texture uses the second set
-  uint32_t material_flags = 0;  // of FIRE3DV_MATERIAL_OPTIONAL those that a material has
-  bool is_path_traced = false;  // as in SceneUses
+  bool has_extensions = false;           // materials with glTF extensions
+  bool has_textures = false;             // materials with textures
+  bool has_second_uv = false;            // a texture uses the second set
+  bool filters_anisotropically = false;  // smooth samplers
+  uint32_t material_flags = 0;           // of FIRE3DV_MATERIAL_OPTIONAL those that a material has
+  bool is_path_traced = false;           // as in SceneUses
   std::optional<scene::EnvironmentSun> sun;
   bool refracts = false;  // as in SceneUses, in a scene with transmissive surfaces
 

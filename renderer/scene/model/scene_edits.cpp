@@ -148,9 +148,10 @@ void SceneEdits::change(const Scene& scene, NodeChanges changes) {
   revisions_.vertices += vertices;
 }
 
-void SceneEdits::set_materials(MaterialEdits edits) {
-  if (edits == materials_) return;
+void SceneEdits::set_materials(MaterialEdits edits, MaterialTextureEdits textures) {
+  if (edits == materials_ && textures == textures_) return;
   materials_ = std::move(edits);
+  textures_ = std::move(textures);
   ++revisions_.materials;
 }
 
@@ -167,6 +168,16 @@ Material with_factors(Material material, const MaterialFactors& factors) {
   material.normal_scale = factors.normal_scale;
   material.occlusion_strength = factors.occlusion_strength;
   material.alpha_cutoff = factors.alpha_cutoff;
+  return material;
+}
+
+Material with_textures(Material material, const MaterialTextures& textures) {
+  const auto set = [](TextureRef& texture, uint32_t number) {
+    if (number != kNone && texture.texture != kNone) texture.texture = number;
+  };
+  set(material.base_color_texture, textures.base_color);
+  set(material.normal_texture, textures.normal);
+  set(material.metallic_roughness_texture, textures.metallic_roughness);
   return material;
 }
 

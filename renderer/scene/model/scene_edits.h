@@ -42,8 +42,16 @@ struct MaterialFactors {
   bool operator==(const MaterialFactors&) const = default;
 };
 using MaterialEdits = std::map<uint32_t, MaterialFactors>;  // by the material's number
+// Textures of one material, instead of the file's: numbers of textures of the scene. kNone: the file's. Only
+// for kinds of which the material has one.
+struct MaterialTextures {
+  uint32_t base_color = kNone, normal = kNone, metallic_roughness = kNone;
+  bool operator==(const MaterialTextures&) const = default;
+};
+using MaterialTextureEdits = std::map<uint32_t, MaterialTextures>;  // by the material's number
 MaterialFactors factors_of(const Material& material);
 Material with_factors(Material material, const MaterialFactors& factors);
+Material with_textures(Material material, const MaterialTextures& textures);
 
 // Which of it is newer than what somebody has seen. Each only ever rises.
 struct EditRevisions {
@@ -68,10 +76,11 @@ class SceneEdits {
   void change(const Scene& scene, NodeChanges changes);
   // Those of materials, all that are edited from now on. A number that the scene does not have changes
   // nothing.
-  void set_materials(MaterialEdits edits);
+  void set_materials(MaterialEdits edits, MaterialTextureEdits textures = {});
 
   const NodeEdits& nodes() const { return nodes_; }
   const MaterialEdits& materials() const { return materials_; }
+  const MaterialTextureEdits& textures() const { return textures_; }
   const EditRevisions& revisions() const { return revisions_; }
   // By itself, by a node above it, or because another one is isolated.
   bool is_hidden(uint32_t node) const { return node < hidden().size() && hidden()[node]; }
@@ -93,6 +102,7 @@ class SceneEdits {
 
   NodeEdits nodes_;
   MaterialEdits materials_;
+  MaterialTextureEdits textures_;
   Marks hidden_, removed_;
   bool is_isolated_ = false;
   std::vector<uint32_t> parents_, first_children_, next_siblings_;  // of the scene; made when they are needed

@@ -18,6 +18,7 @@ struct UserEdits {
   uint32_t isolated = scene::kNone;         // only this node and its descendants are drawn
   std::map<uint32_t, scene::Light> lights;  // replace those of the file and of streams
   scene::MaterialEdits materials;
+  scene::MaterialTextureEdits textures;
   MarkerNamespaces hidden_markers;
   NodeTransforms transforms;   // replace those of the file, of animations and joints, not those of streams
   JointPositions joints;       // of the robot, other than the file's

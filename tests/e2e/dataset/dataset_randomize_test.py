@@ -6,13 +6,14 @@ import shutil
 import struct
 import subprocess
 import sys
+import zlib
 
 import numpy as np
 
 from dataset_runs import expect_same, join, lines_of, recording, run, scene_of, tree
 from harness import check, main
 from label_readers import pixels_of, read_color
-from label_scene import SIZE, sphere, write_bodies
+from label_scene import SIZE, cube, sphere, write_bodies
 
 IMAGES, SEED = 6, 5
 FILE = """
@@ -332,6 +333,136 @@ def programs_draw(test):
     check(len(apart) == 4 and min(np.linalg.norm(apart, axis=1)) >= 12, f"{apart}")
 
 
+def write_png(path, colour):
+    """A picture of one colour, 4x4."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = (b"\0" + bytes(colour) * 4) * 4
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 4, 4, 8, 2, 0, 0, 0)) +
+                   chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def textures_are_drawn(test):
+    """A plate without texture chooses one of a folder; a ball without coordinates cannot."""
+    corners = [(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)]
+    plate = (corners, [(0, 0, 1)] * 4, [0, 1, 2, 0, 2, 3], [(0, 1), (1, 1), (1, 0), (0, 0)])
+    scene = test.path("plate.glb")
+    write_bodies(scene, [("plate", plate, [1, 1, 1], 1, {"translation": [0, 10, 0]}), ("ball", sphere((30, 10, 0), 3), [1, 1, 1], 2, {})])
+    folder = os.path.join(test.folder, "pictures")
+    os.mkdir(folder)
+    write_png(os.path.join(folder, "red.png"), (200, 20, 20))
+    write_png(os.path.join(folder, "green.png"), (20, 200, 20))
+    write_png(os.path.join(test.folder, "rough.png"), (0, 255, 0))
+    text = "materials: {plate: {base_color_texture: {folder: pictures}, roughness_texture: rough.png, base_color: [[0.5, 1], 1, 1]}}\n"
+    out = test.path("textures")
+    draw(test, out, "--format", "folder", text=text, inputs=[scene])
+    seen, lookup = set(), {}
+    for frame, line in enumerate(lines_of(out)):
+        at = os.path.join(out, "00_front", f"{frame:06}.")
+        drawn, factor = line["drawn"]["materials.plate.base_color_texture"], line["drawn"]["materials.plate.base_color"][0]
+        mean = read_color(at + "png")[np.load(at + "instance.npy") == 1].mean(0)
+        check((mean[0] > 1.5 * mean[1]) == (drawn == "pictures/red.png") and (mean[1] > 1.5 * mean[0]) == (drawn == "pictures/green.png"),
+              f"image {frame}: {drawn}, {mean}")
+        lookup.setdefault(drawn, []).append((factor, mean[0]))
+        check(line["drawn"]["materials.plate.roughness_texture"] == "rough.png", "the only one")
+        seen.add(drawn)
+    check(len(seen) == 2, f"{seen}")
+    red = sorted(lookup["pictures/red.png"])
+    check(len(red) < 2 or red[0][1] < red[-1][1], f"the factor multiplies the texture: {red}")
+    parts = [test.path(f"texture{i}") for i in (1, 2)]
+    for i, part in enumerate(parts, 1):
+        draw(test, part, "--format", "folder", "--shard", f"{i}/2", text=text, inputs=[scene])
+    joined = test.path("textures joined")
+    join(test, *parts, "--out", joined)
+    expect_same(joined, out, "joined shards with textures")
+    write_png(os.path.join(folder, "blue.png"), (20, 20, 200))
+    said = draw(test, out, "--format", "folder", text=text, inputs=[scene], code=1)
+    check("another" in said or "other" in said or "there" in said, said)
+    with open(os.path.join(test.folder, "bad.png"), "wb") as file:
+        file.write(b"no picture")
+    for wrong, wanted in (("ball: {base_color_texture: rough.png}", "materials.ball.base_color_texture: its meshes have no texture coordinates"),
+                          ("plate: {normal_texture: rough.png}", "materials.plate.normal_texture: the material has no normal map"),
+                          ("plate: {base_color_texture: none.png}", "randomize.yaml:1: materials.plate.base_color_texture: "),
+                          ("plate: {base_color_texture: bad.png}", "randomize.yaml:1: materials.plate.base_color_texture: "),
+                          ("plate: {base_color_texture: plate.glb}", "is of no kind that can be read here"),
+                          ("plate: {base_color_texture: {folder: nowhere}}", "the folder \"nowhere\" cannot be read")):
+        said = draw(test, test.path("bad"), "--format", "coco", text="materials: {" + wrong + "}", inputs=[scene], code=1)
+        check(wanted in said and not os.path.exists(test.path("bad")), said)
+
+
+def turned(quaternion, point):
+    x, y, z, w = quaternion
+    axis = np.array([x, y, z])
+    return point + 2 * np.cross(axis, np.cross(axis, point) + w * np.array(point))
+
+
+def distractors_settle(test):
+    """A ball and boxes fall onto a floor, whose top is at -18: they rest on it or on each other, whatever draws them."""
+    scene, half, floor = test.path("floor.glb"), {"clutter/a.glb": 4.0, "clutter/b.glb": 2.0}, -18
+    write_bodies(scene, [("ball", sphere((0, 0, 0), 3.0), [0.8, 0.8, 0.8], 1, {"translation": [0, 10, 0]}),
+                         ("floor", cube((0, 0, 0), 1), [0.5, 0.5, 0.5], 2, {"translation": [0, -20, 0], "scale": [80, 2, 80]})])
+    os.mkdir(os.path.join(test.folder, "clutter"))
+    for file, size in half.items():
+        write_bodies(os.path.join(test.folder, file), [("box", cube((0, 0, 0), size), [0.2, 0.3, 0.8], 9, {})])
+    text = """
+nodes: {ball: {move_m: [[-15, 15], [0, 10], [-15, 15]], settle: true}}
+distractors:
+  files: {folder: clutter}
+  copies: 2
+  count: [0, 4]
+  position_m: [[-20, 20], [-5, 25], [-20, 20]]
+  rotation: uniform
+  scale: [0.5, 1]
+  settle: true
+"""
+    out = test.path("settled")
+    draw(test, out, "--format", "folder", text=text, inputs=[scene])
+    counts, lowest = set(), []
+    for line in lines_of(out):
+        drawn = line["drawn"]
+        shown = [name[:-len("visible")] for name, value in drawn.items() if name.endswith(".visible") and value]
+        check(len(shown) == drawn["distractors.count"] and len([n for n in drawn if n.endswith(".visible")]) == 4, f"{drawn}")
+        counts.add(len(shown))
+        titles = [f"distractors.{file}#{copy}." for file in half for copy in (1, 2)]
+        order = sorted(titles, key=lambda title: uniforms(SEED, line["frame"], title + "order", 1))
+        check(set(shown) == set(order[:len(shown)]), f"image {line['frame']} shows {shown}, and the order is {order}")
+        ball = np.array(drawn["nodes.ball.settled_m"])
+        check(ball[1] > floor + 3 - 0.05 and (shown or abs(ball[1] - floor - 3) < 0.05), f"the ball is at {ball}")
+        for name in shown:
+            size = half[name[len("distractors."):-len("#1.")]] * drawn[name + "scale"]
+            corners = [turned(drawn[name + "settled_rotation"], size * np.array([x, y, z])) + drawn[name + "settled_m"]
+                       for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+            lowest.append((min(corner[1] for corner in corners) - floor) / size)
+        seen = {each["instance"]: each for each in line["instances"]}
+        check(set(seen) <= {1, 2}, f"distractors have labels: {seen}")
+        if 1 in seen:  # in view
+            place = np.reshape(line["cam_R_w2c"], (3, 3)) @ ball * 1000 + line["cam_t_w2c"]
+            check(np.abs(place - seen[1]["cam_t_m2c"]).max() < 1, f"the label of the ball: {seen[1]['cam_t_m2c']}, not {place}")
+    check(len(counts) > 1 and lowest and min(lowest) > -0.03 and min(np.abs(lowest)) < 0.03, f"counts {counts}, lowest corners {lowest}")
+    parts = [test.path(f"settled{i}") for i in (1, 2, 3)]
+    for i, part in enumerate(parts, 1):
+        draw(test, part, "--format", "folder", "--shard", f"{i}/3", text=text, inputs=[scene])
+    joined = test.path("settled joined")
+    join(test, *parts, "--out", joined)
+    expect_same(joined, out, "joined shards with physics")
+    again = test.path("settled again")
+    draw(test, again, "--format", "folder", "--draws", os.path.join(out, "frames.jsonl"), text=text, seed=99, inputs=[scene])
+    labels = lambda line: {key: line[key] for key in ("frame", "drawn", "cam_R_w2c", "instances")}
+    check([labels(line) for line in lines_of(again)] == [labels(line) for line in lines_of(out)], "given draws have settled poses")
+    said = draw(test, test.path("labelled"), "--format", "coco", text=text + "  labels: true\n", images=2, inputs=[scene])
+    with open(os.path.join(test.path("labelled"), "dataset.json"), encoding="utf-8") as file:
+        names = [each["path"] for each in json.load(file)["instances"]]
+    check(len(names) == 6 and sum("distractor" in name for name in names) == 4, f"{names}")
+    said = draw(test, test.path("fallen"), "--format", "coco", text="nodes: {ball: {settle: true}, floor: {visible: 0}}", images=1, inputs=[scene])
+    check("nodes.ball.settle: the node falls out of the scene" in said, said)
+    for wrong, wanted in (("{count: 1}", "distractors: needs files"), ("{files: ball.glb, count: 1, copies: [1, 2]}", "copies must be a whole number"),
+                          ("{files: none.glb, count: 1}", "randomize.yaml:1: distractors.files: "),
+                          ("{files: ball.glb, count: 1, settle: 1}", "distractors.settle: must be true or false")):
+        said = draw(test, test.path("bad"), "--format", "coco", text="distractors: " + wrong, inputs=[scene], code=1)
+        check(wanted in said, said)
+
+
 def bad_input(test):
     for text, wanted in (("nodes: {ball: {size: 2}}", "randomize.yaml:1: nodes.ball.size: no such field of nodes"),
                          ("\nnodes:\n  ball: {scale: [3, 2]}", "randomize.yaml:3: nodes.ball.scale: [3, 2] is no range"),
@@ -351,4 +482,5 @@ def bad_input(test):
 if __name__ == "__main__":
     main({"draws": images_show_their_draws, "parts": parts_are_the_whole, "noise": colours_have_noise_and_exposure,
           "recording": recordings_keep_their_poses, "example": the_example_runs,
-          "path": cameras_follow_a_path, "variants": variants_are_drawn, "maps": maps_are_drawn, "programs": programs_draw, "bad_input": bad_input}, ("fire3dv", "make"))
+          "path": cameras_follow_a_path, "variants": variants_are_drawn, "maps": maps_are_drawn, "programs": programs_draw, "textures": textures_are_drawn,
+          "settled": distractors_settle, "bad_input": bad_input}, ("fire3dv", "make"))

@@ -73,7 +73,7 @@ def write_label_scene(path, keypoints=False, scale=1.0, scene_extras=None):
 
 
 def write_bodies(path, bodies, keypoints=False, scale=1.0, scene_extras=None):
-    """bodies: name, mesh, colour, class, more of the node. scale: of all lengths. keypoints: of "red" and "green", which come first."""
+    """bodies: name, mesh (with texture coordinates behind its indices, or without), colour, class, more of the node. scale: of all lengths. keypoints: of "red" and "green", which come first."""
     binary, views, accessors, meshes, materials, nodes = b"", [], [], [], [], []
 
     def add(array, component, kind, **more):
@@ -84,7 +84,7 @@ def write_bodies(path, bodies, keypoints=False, scale=1.0, scene_extras=None):
         binary += data + b"\0" * (-len(data) % 4)
         return len(accessors) - 1
 
-    for name, (positions, normals, indices), colour, semantic, place in bodies:
+    for name, (positions, normals, indices, *coordinates), colour, semantic, place in bodies:
         positions = np.array(positions, "<f4")
         if "scale" not in place:
             positions *= np.float32(scale)
@@ -92,6 +92,8 @@ def write_bodies(path, bodies, keypoints=False, scale=1.0, scene_extras=None):
             place = {**place, "scale": [scale * each for each in place["scale"]], "translation": [scale * each for each in place["translation"]]}
         attributes = {"POSITION": add(positions, 5126, "VEC3", min=positions.min(0).tolist(), max=positions.max(0).tolist()),
                       "NORMAL": add(np.array(normals, "<f4"), 5126, "VEC3")}
+        for each in coordinates:
+            attributes["TEXCOORD_0"] = add(np.array(each, "<f4"), 5126, "VEC2")
         materials.append({"name": name, "pbrMetallicRoughness": {"baseColorFactor": [*colour, 1], "metallicFactor": 0}})
         meshes.append({"name": name, "primitives": [{"attributes": attributes, "material": len(materials) - 1,
                                                      "indices": add(np.array(indices, "<u4"), 5125, "SCALAR")}]})

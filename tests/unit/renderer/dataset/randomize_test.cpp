@@ -2,6 +2,7 @@
 // scene.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "renderer/dataset/randomize/randomizer.h"
+#include "renderer/dataset/randomize/settle.h"
 #include "renderer/state/edits/node_transform.h"
 
 namespace fire3dv::dataset {
@@ -57,6 +59,12 @@ TEST(Plan, ErrorsNameLineAndField) {
       {"cameras: {a: {f_number: 2}}\n", "cameras.a: f_number needs focus_distance_m, or look_at to focus on"},
       {"cameras: {a: {path: x, position_m: [0, 0, 0]}}\n", "cameras.a: path and position_m: choose one"},
       {"scene: {variant: {choice: [[a]]}}\n", "scene.variant: a choice here is a text"},
+      {"nodes: {a: {settle: 1}}\n", "nodes.a.settle: must be true or false"},
+      {"materials: {a: {base_color_texture: []}}\n", "materials.a.base_color_texture: needs a text"},
+      {"materials: {a: {base_color_texture: {files: a}}}\n",
+       "needs a file, {choice: [A, B]}, or {folder: DIR}"},
+      {"distractors: {files: a.glb}\n", "distractors: needs count"},
+      {"distractors: {files: a.glb, count: 1, copies: 1.5}\n", "copies must be a whole number"},
       {"nodes: [a]\n", "r.yaml:1: nodes: a section is a map"},
       {"nodes: {a: 1}\n", "nodes.a: an object is a map"},
       {"nodes: {[a]: {}}\n", "nodes: a name is text"},
@@ -193,6 +201,90 @@ TEST(TrajectoryFile, ErrorsNameTheLine) {
   EXPECT_EQ(pose[2], glm::dvec4(0, 0, -1, 0));  // OpenCV's z is forward, glTF's backward
 }
 
+// Corners of a box.
+Hull box_of(const glm::vec3& half) {
+  Hull points;
+  for (int i = 0; i < 8; ++i)
+    points.push_back(half * glm::vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  return points;
+}
+
+// A floor at this height, 4 m wide.
+FixedTriangles floor_at(float height) {
+  return {{{-2, height, -2}, {-2, height, 2}, {2, height, 2}, {2, height, -2}}, {0, 1, 2, 0, 2, 3}};
+}
+
+double lowest_of(const RestingBody& body, const Hull& hull) {
+  double lowest = INFINITY;
+  for (const glm::vec3& point : hull)
+    lowest = std::min(lowest, (body.position_m + body.rotation * glm::dvec3(point)).y);
+  return lowest;
+}
+
+TEST(Settle, HullsKeepTheCornersOfBoxes) {
+  std::vector<glm::vec3> points = box_of({1, 2, 3});
+  for (int i = -9; i < 10; ++i) points.emplace_back(0.1f * static_cast<float>(i), 2, 1);  // on a face
+  EXPECT_EQ(hull_of(points).size(), 8u);
+  EXPECT_TRUE(hull_of({}).empty());
+  std::vector<glm::vec3> ball;
+  for (int i = 0; i < 20'000; ++i) {
+    const float y = 1 - 2 * (static_cast<float>(i) + 0.5f) / 20'000, around = 2.4f * static_cast<float>(i);
+    ball.push_back(
+        glm::vec3(std::sqrt(1 - y * y) * std::cos(around), y, std::sqrt(1 - y * y) * std::sin(around)));
+  }
+  const Hull hull = hull_of(ball);
+  EXPECT_LE(hull.size(), kMaxHullPoints);
+  for (const glm::vec3& direction : ball) {
+    float most = 0;
+    for (const glm::vec3& point : hull) most = std::max(most, glm::dot(point, direction));
+    ASSERT_GT(most, 0.99f);
+  }
+}
+
+TEST(Settle, BoxesRestOnTheFloorAndOnEachOther) {
+  const Hull flat = box_of({0.05f, 0.004f, 0.05f});
+  Hull small = box_of(glm::vec3(0.01f));
+  const glm::dvec3 beside(0.03, 0.02, 0.01);  // of its origin
+  for (glm::vec3& point : small) point += glm::vec3(beside);
+  std::vector<FallingBody> bodies(2);
+  bodies[0] = {{flat}, glm::angleAxis(0.3, glm::dvec3(1, 0, 0)), {0, 0.7, 0}};
+  const glm::dquat turned = glm::angleAxis(0.2, glm::dvec3(0, 0, 1));
+  bodies[1] = {{small}, turned, glm::dvec3(0.002, 0.8, 0.001) - turned * beside};
+  const FixedTriangles floor = floor_at(0.5f);
+  const auto resting = settle(floor, bodies);
+  ASSERT_TRUE(resting.ok()) << resting.error().message;
+  for (const RestingBody& body : *resting) EXPECT_TRUE(body.is_at_rest && !body.has_fallen);
+  EXPECT_NEAR(lowest_of((*resting)[0], flat), 0.5, 0.001);
+  EXPECT_NEAR(lowest_of((*resting)[1], small), 0.508, 0.001) << "on the flat one";
+  for (const RestingBody& body : *resting) {
+    const glm::dmat3 axes = glm::mat3_cast(body.rotation);
+    double upright = 0;
+    for (int i = 0; i < 3; ++i) upright = std::max(upright, std::abs(axes[i].y));
+    EXPECT_GT(upright, std::cos(0.02)) << "a face lies on what is below";
+  }
+  // The same, whatever was settled before.
+  const auto again = settle(floor, bodies);
+  ASSERT_TRUE(settle(floor, std::span(bodies).first(1)).ok());
+  const auto third = settle(floor, bodies);
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    EXPECT_TRUE((*again)[i].position_m == (*resting)[i].position_m);
+    EXPECT_TRUE((*third)[i].rotation == (*resting)[i].rotation);
+  }
+}
+
+TEST(Settle, BodiesOutsideKeepTheirPlace) {
+  const std::vector<FallingBody> bodies{{{box_of(glm::vec3(0.1f))}, {1, 0, 0, 0}, {5, 1, 0}}};
+  const auto beside = settle(floor_at(0), bodies), nowhere = settle({}, bodies);
+  for (const auto* resting : {&beside, &nowhere}) {
+    ASSERT_TRUE(resting->ok());
+    EXPECT_TRUE((**resting)[0].has_fallen);
+    EXPECT_EQ((**resting)[0].position_m, glm::dvec3(5, 1, 0));
+  }
+  EXPECT_FALSE(
+      settle(floor_at(0), std::vector<FallingBody>{{{Hull{{1, 1, 1}}}, {1, 0, 0, 0}, {0, 1, 0}}}).ok());
+  EXPECT_TRUE(settle({}, {}).ok());
+}
+
 class Randomized : public ::testing::Test {
  protected:
   Randomized() {
@@ -318,13 +410,16 @@ TEST_F(Randomized, LightsArePlacedInTheWorld) {
   begin("lights: {lamp: {look_at: [0, 1, 0], distance_m: 4, azimuth_deg: 90, elevation_deg: 0}}\n");
   change(0);
   state::NodeTransforms transforms;
-  ASSERT_TRUE(randomizer_->add_transforms(state::PoseState(scene_), transforms));
+  const auto added = randomizer_->add_transforms(state::PoseState(scene_), transforms);
+  ASSERT_TRUE(added.ok() && *added);
+  EXPECT_FALSE(*randomizer_->add_transforms(state::PoseState(scene_), transforms)) << "once a frame";
   const glm::mat4 pose = scene_.nodes[0].world_from_node * state::parent_from_node(transforms.at(3));
   EXPECT_NEAR(glm::distance(glm::vec3(pose[3]), glm::vec3(4, 1, 0)), 0, 1e-5);
   EXPECT_NEAR(glm::distance(-glm::vec3(pose[2]), glm::vec3(-1, 0, 0)), 0, 1e-5);  // it shines at the target
   EXPECT_TRUE(change(0).lights.empty()) << "a light that is placed alone keeps its stream's looks";
   begin("nodes: {a: {scale: 2}}\n");
-  EXPECT_FALSE(randomizer_->add_transforms(state::PoseState(scene_), transforms));
+  change(0);
+  EXPECT_FALSE(*randomizer_->add_transforms(state::PoseState(scene_), transforms));
   // A place of the world cannot follow a parent that is placed, too.
   scene_.nodes[0].light = 0;
   const auto plan = parse_plan("lights: {\"*\": {position_m: [0, 1, 0]}}\n", "r.yaml");
