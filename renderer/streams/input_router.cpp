@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/random.h"
+#include "protocol/wire/check.h"
 
 namespace fire3dv::app {
 
@@ -37,12 +38,27 @@ uint64_t InputRouter::revision() const {
   return revision;
 }
 
+// A stream that comes back after a lost connection keeps its epoch, and its receiver the last sequence: the
+// numbers must go on. Those of the epochs that are forgotten are below the ones of any later epoch.
+InputRouter::StreamState& InputRouter::state_of(uint64_t epoch) {
+  const auto known = streams_.find(epoch);
+  if (known != streams_.end()) return known->second;
+  const auto has_ended = [&](const auto& entry) { return !find(entry.first); };
+  while (streams_.size() >= kMaxEpochs) {
+    const auto ended = std::ranges::find_if(streams_, has_ended);
+    if (ended == streams_.end()) break;
+    forgotten_sequence_ = std::max(forgotten_sequence_, ended->second.sequence);
+    streams_.erase(ended);
+  }
+  return streams_.emplace(epoch, StreamState{forgotten_sequence_, {}}).first->second;
+}
+
 void InputRouter::send(uint64_t epoch, wire::InputEvent event, int64_t now_ns) {
   const state::Stream* const stream = find(epoch);
   if (!stream) return;
   event.epoch = epoch;
   event.source = source_;
-  event.sequence = ++streams_[epoch].sequence;
+  event.sequence = ++state_of(epoch).sequence;
   if (event.time_ns == 0) event.time_ns = static_cast<uint64_t>(now_ns);
   event.sim_time_ns = stream->header.sim_time_ns;
   ++sent_;
@@ -73,17 +89,24 @@ bool InputRouter::begin_or_end(const Key& key, const wire::InputEvent& event) {
 bool InputRouter::act(uint64_t epoch, InputViewer viewer, wire::InputEvent event) {
   const state::Stream* const stream = find(epoch);
   const wire::Input* const input = stream ? stream->inputs().find(event.input) : nullptr;
-  if (!input || !takes(*input, event)) return drop();
+  if (!input) return drop();
   const int64_t now_ns = link_.now_ns();
+  event.epoch = epoch;
+  event.source = source_;
+  event.sequence = 1;  // send() counts
   event.viewer = viewer;
   event.time_ns = static_cast<uint64_t>(now_ns);
   Key key(epoch, viewer, event.input);
+  // What is held can be released, even if its input was declared again as another kind meanwhile.
+  const bool ends_hold = event.action == InputAction::end && holds_.contains(key);
+  if (!ends_hold && !takes(*input, event)) return drop();
+  if (!wire::check(event, {})) return drop();
   const bool is_drag = event.action >= InputAction::begin;
   if (is_drag && event.node >= stream->scene_node_of_pose.size()) return drop();
   const bool is_newest_only = is_continuous(input->kind, event.action);
   // The end of a drag is never refused.
   if (!is_newest_only && event.action != InputAction::end &&
-      !streams_[epoch].limit.take(now_ns, kEventsPerSecond))
+      !state_of(epoch).limit.take(now_ns, kEventsPerSecond))
     return drop();
   if (is_drag && !begin_or_end(key, event)) return drop();
   if (is_newest_only) {
@@ -116,14 +139,18 @@ void InputRouter::release(InputViewer viewer) {
 void InputRouter::update() {
   if (streams_.empty()) return;
   const int64_t now_ns = link_.now_ns();
-  const auto has_ended = [&](const auto& entry) {
-    const state::Stream* const stream = find(std::get<0>(entry.first));
-    return !stream || !stream->inputs().find(std::get<2>(entry.first));
+  const auto declared = [&](const Key& key) {
+    const state::Stream* const stream = find(std::get<0>(key));
+    return stream ? stream->inputs().find(std::get<2>(key)) : nullptr;
   };
-  std::erase_if(holds_, has_ended);
-  std::erase_if(pending_, has_ended);
+  const auto has_ended = [&](const auto& entry) { return !declared(entry.first); };
+  const auto is_refused = [&](const auto& entry) {
+    const wire::Input* const input = declared(entry.first);
+    return !input || !takes(*input, entry.second);
+  };
+  std::erase_if(holds_, is_refused);
+  std::erase_if(pending_, is_refused);
   std::erase_if(sent_ns_, has_ended);
-  std::erase_if(streams_, [&](const auto& entry) { return !find(entry.first); });
   std::vector<Key> due;
   for (const auto& [key, event] : pending_)
     if (now_ns - sent_ns_[key] >= kSendPeriodNs) due.push_back(key);

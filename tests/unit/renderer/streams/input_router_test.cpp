@@ -38,6 +38,19 @@ class InputRouterTest : public StreamReceiverTest {
     declare("drag", drag);
   }
 
+  // The stream's connection is lost; another peer brings it back.
+  void reconnect(PeerId from, PeerId to) {
+    link_->deliver(from, LinkEvent::Kind::disconnected);
+    receiver_.poll();
+    EXPECT_FALSE(act("kick", InputAction::press)) << "the stream is away";
+    link_->deliver(to, LinkEvent::Kind::connected);
+    link_->deliver(to, LinkEvent::Kind::control, description(kEpoch));
+    wire::Input kick;
+    link_->deliver(to, LinkEvent::Kind::control,
+                   wire::encode(wire::SceneEdit{kEpoch, ++version_, "kick", wire::Property::input, kick}));
+    receiver_.poll();
+  }
+
   bool act(const std::string& input, InputAction action, double value = 0, InputViewer viewer = 0) {
     wire::InputEvent event;
     event.input = input;
@@ -166,6 +179,44 @@ TEST_F(InputRouterTest, EndedStreamsAreForgotten) {
   EXPECT_FALSE(receiver_.inputs().is_busy());
   EXPECT_TRUE(receiver_.inputs().streams().empty());
   EXPECT_FALSE(act("drag", InputAction::end, 1));
+}
+
+// Its receiver drops events whose sequence is not above the last one.
+TEST_F(InputRouterTest, SequencesGoOnAfterALostConnection) {
+  declare_all();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(act("kick", InputAction::press));
+  ASSERT_EQ(events().size(), 3u);
+  reconnect(kPeer, kPeer + 1);
+  EXPECT_TRUE(act("kick", InputAction::press));
+  const auto after = answers<wire::InputEvent>(kPeer + 1);
+  ASSERT_EQ(after.size(), 1u);
+  EXPECT_EQ(after[0].sequence, 4u);
+  EXPECT_EQ(after[0].source, events()[0].source);
+}
+
+// A drag of an input that is declared as another kind is no drag any more.
+TEST_F(InputRouterTest, KindsThatChangeRelease) {
+  declare_all();
+  EXPECT_TRUE(act("drag", InputAction::begin, 1));
+  declare("drag", {});
+  advance(kSecondNs);
+  EXPECT_FALSE(receiver_.inputs().is_busy());
+  EXPECT_EQ(events().size(), 1u) << "a button is not moved";
+  EXPECT_TRUE(act("drag", InputAction::press));
+}
+
+TEST_F(InputRouterTest, TextsWithControlCharactersAreNotSent) {
+  wire::Input note;
+  note.kind = InputKind::text;
+  declare("note", note);
+  wire::InputEvent event;
+  event.input = "note";
+  event.text = "a\nb";
+  EXPECT_FALSE(receiver_.inputs().act(kEpoch, 0, event));
+  event.text = "ab";
+  EXPECT_TRUE(receiver_.inputs().act(kEpoch, 0, event));
+  ASSERT_EQ(events().size(), 1u);
+  EXPECT_EQ(events()[0].sequence, 1u) << "what is dropped uses no number";
 }
 
 TEST_F(InputRouterTest, HostileDeclarationsAreRefused) {
