@@ -33,6 +33,21 @@ std::array<double, 3> world_point(const mjData& d, int body, const std::array<do
   return point;
 }
 
+// Farthest that a geom's surface may be from its body's frame, or the model's extent if that is more.
+double reach_of(const mjModel& m) {
+  double reach = std::max<double>(m.stat.extent, 0);
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    reach = std::max<double>(reach, mju_norm3(m.geom_pos + 3 * geom) + m.geom_rbound[geom]);
+  return reach;
+}
+
+// The point, or the one in its direction at that distance. Else a renderer could choose any lever.
+std::array<double, 3> within(double reach, const double* point) {
+  const double distance = std::hypot(point[0], point[1], point[2]);
+  const double scale = distance > reach ? reach / distance : 1;
+  return {scale * point[0], scale * point[1], scale * point[2]};
+}
+
 // Unique: a name may be repeated after its end was cut, or its control characters were replaced.
 std::string slider_name(const mjModel& m, int actuator, std::set<std::string>& taken) {
   const char* const own = mj_id2name(&m, mjOBJ_ACTUATOR, actuator);
@@ -88,7 +103,7 @@ std::array<double, 3> spring_force(const mjModel& m, const mjData& d, int body,
 }
 
 Interaction::Interaction(const mjModel& m, bool is_running, double speed)
-    : bodies_(m.nbody), run_(input_of(FIRE3DV_INPUT_RUN)) {
+    : bodies_(m.nbody), reach_(reach_of(m)), run_(input_of(FIRE3DV_INPUT_RUN)) {
   run_.flags = FIRE3DV_INPUT_RUN_PAUSE | FIRE3DV_INPUT_STEP | FIRE3DV_INPUT_RESET;
   run_.value = is_running ? 1 : 0;
   if (speed > 0) {
@@ -130,12 +145,14 @@ void Interaction::take(const fire3dv_event& event, size_t stream_number, Request
   switch (event.action) {
     case FIRE3DV_EVENT_RUN:
     case FIRE3DV_EVENT_PAUSE:
+      requests.steps = 0;
       requests.is_running = event.action == FIRE3DV_EVENT_RUN;
       return set_running(*requests.is_running);
     case FIRE3DV_EVENT_STEP:
-      requests.steps += static_cast<int>(event.value);
+      requests.steps = static_cast<int>(std::min<double>(requests.steps + event.value, kMaxSteps));
       return;
     case FIRE3DV_EVENT_RESET:
+      requests.steps = 0;
       requests.reset = true;
       return;
     case FIRE3DV_EVENT_SPEED:
@@ -151,7 +168,7 @@ void Interaction::take(const fire3dv_event& event, size_t stream_number, Request
       if (body >= bodies_) return;                        // a camera, a light or a tendon
       Pull& pull = pulls_[holder];
       pull.body = body;
-      std::copy_n(event.node_point, 3, pull.point_body.begin());
+      pull.point_body = within(reach_, event.node_point);
       std::copy_n(event.target, 3, pull.target.begin());
       return;
     }
@@ -168,7 +185,8 @@ Result<Interaction::Requests> Interaction::poll(fire3dv_stream* stream, size_t s
   fire3dv_event event{};
   event.struct_size = sizeof event;
   int count = 0;
-  while ((count = fire3dv_poll_events(stream, &event, 1)) == 1) take(event, stream_number, requests);
+  for (int i = 0; i < kMaxEvents && (count = fire3dv_poll_events(stream, &event, 1)) == 1; ++i)
+    take(event, stream_number, requests);
   if (count < 0) return Error{std::string("events are refused: ") + fire3dv_last_error()};
   return requests;
 }

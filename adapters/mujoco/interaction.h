@@ -29,7 +29,9 @@ std::array<double, 3> spring_force(const mjModel& model, const mjData& data, int
 
 class Interaction {
  public:
-  static constexpr int kMaxSliders = 200;  // of the first actuators
+  static constexpr int kMaxSliders = 200;      // of the first actuators
+  static constexpr int kMaxEvents = 1024;      // of one poll(): a renderer may send without end
+  static constexpr int kMaxSteps = 1'000'000;  // requested at a time
 
   // speed: simulated seconds per second; 0: unpaced, without a control of the speed.
   Interaction(const mjModel& model, bool is_running, double speed);
@@ -39,7 +41,7 @@ class Interaction {
 
   struct Requests {
     std::optional<bool> is_running;
-    int steps = 0;  // while paused
+    int steps = 0;  // while paused, after the last run, pause or reset; at most kMaxSteps
     bool reset = false;
     std::optional<double> speed;
   };
@@ -69,6 +71,7 @@ class Interaction {
   void take(const fire3dv_event& event, size_t stream_number, Requests& requests);
 
   int bodies_;
+  double reach_;  // no point of a body is farther from the body's frame
   fire3dv_input run_{};
   std::vector<Slider> sliders_;  // by actuator
   std::map<std::string, int> actuators_;

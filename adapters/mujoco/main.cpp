@@ -98,7 +98,7 @@ class Runner {
     while (!stop_requested && (options_.duration_s <= 0 || stepped_s_ < options_.duration_s - step_s / 2)) {
       if (Result<void> done = process_commands(); !done) return done;
       if (Result<void> done = process_events(); !done) return done;
-      if (paused_ && !single_step_ && requested_steps_ == 0) {
+      if (paused_ && !single_step_ && requested_steps_ <= 0) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (!options_.lockstep) {
           if (Result<void> done = store_images(); !done) return done;
@@ -158,8 +158,8 @@ class Runner {
         pace_.restart();
       }
       if (asked->speed) pace_.set_speed(*asked->speed);
-      if (paused_) requested_steps_ = std::min(requested_steps_ + asked->steps, kMaxRequestedSteps);
-      if (!paused_) requested_steps_ = 0;
+      if (!paused_ || asked->is_running || asked->reset) requested_steps_ = 0;
+      if (paused_) requested_steps_ = std::min(requested_steps_ + asked->steps, Interaction::kMaxSteps);
       if (asked->reset)
         if (Result<void> done = reset(); !done) return done;
     }
@@ -264,8 +264,6 @@ class Runner {
     }
     return {};
   }
-
-  static constexpr int kMaxRequestedSteps = 1'000'000;
 
   Simulation simulation_;
   Publisher publisher_;

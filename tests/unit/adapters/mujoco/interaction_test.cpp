@@ -77,6 +77,7 @@ class MujocoInteraction : public testing::Test {
     event.node_point = point;
     event.target = target;
     link_->send(peer_, wire::encode(event));
+    if (holds_back_) return {};
     const Result<Interaction::Requests> requests = interaction_.poll(stream(), 0);
     EXPECT_TRUE(requests.ok());
     return requests ? *requests : Interaction::Requests();
@@ -95,6 +96,7 @@ class MujocoInteraction : public testing::Test {
   wire::Decoder decoder_;
   transport::PeerId peer_ = 0;
   uint64_t epoch_ = 0, sequence_ = 0;
+  bool holds_back_ = false;  // events for a later poll
   std::map<std::string, wire::Input> declared_;
 };
 
@@ -133,6 +135,14 @@ TEST_F(MujocoInteraction, SpringIsBounded) {
   EXPECT_GT(applied(1)[0], 0);
 }
 
+TEST_F(MujocoInteraction, LeverIsBounded) {
+  act("drag", wire::InputAction::begin, 0, 0, {1e12, 0, 0}, {0, 1, 1});
+  step();
+  const double reach = simulation_.model().stat.extent;
+  EXPECT_GT(applied(1)[5], 0);
+  EXPECT_LE(applied(1)[5], reach * 450 * reach);
+}
+
 TEST_F(MujocoInteraction, CamerasAreNotDragged) {
   act("drag", wire::InputAction::begin, 0, 5, {}, {1, 0, 0});  // no such node: refused by the client
   EXPECT_FALSE(interaction_.is_dragging());
@@ -161,6 +171,19 @@ TEST_F(MujocoInteraction, RunBarIsRequested) {
   EXPECT_TRUE(act("run", wire::InputAction::reset).reset);
   EXPECT_EQ(act("run", wire::InputAction::speed, 0.5).speed, 0.5);
   EXPECT_EQ(act("run", wire::InputAction::run).is_running, true);
+}
+
+TEST_F(MujocoInteraction, StepsAreBoundedAndEndWithARunAPauseOrAReset) {
+  const auto act_at_once = [&](std::optional<wire::InputAction> last) {
+    holds_back_ = true;
+    for (int i = 0; i < 4; ++i) act("run", wire::InputAction::step, 1e6);
+    if (last) act("run", *last);
+    holds_back_ = false;
+    return act("run", wire::InputAction::step, 2).steps;
+  };
+  EXPECT_EQ(act_at_once({}), Interaction::kMaxSteps);
+  for (const auto action : {wire::InputAction::run, wire::InputAction::pause, wire::InputAction::reset})
+    EXPECT_EQ(act_at_once(action), 2) << static_cast<int>(action);
 }
 
 }  // namespace
