@@ -24,6 +24,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_poses_test.py)
   python_module_case(show ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_show_test.py)
   python_module_case(types ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_types_test.py)
+  python_module_case(controls ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_controls_test.py)
   python_module_case(demo ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_demo_test.py)
   python_module_case(conformance ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_conformance_test.py
     $<TARGET_FILE:stream_dump> ${PROJECT_SOURCE_DIR}/tests/conformance/data)

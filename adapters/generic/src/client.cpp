@@ -92,6 +92,8 @@ int open(const char* uri, const fire3dv_options* given, fire3dv_stream** result)
   if (!link.ok()) return fail(FIRE3DV_ERROR_SYSTEM, link.error().message);
   stream->link = std::move(*link);
   stream->uri = uri;
+  stream->takes_input =
+      parsed->scheme != fire3dv::transport::Uri::Scheme::udp || !link_options.key_file.empty();
   *result = stream.release();
   return FIRE3DV_OK;
 }

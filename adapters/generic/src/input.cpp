@@ -100,7 +100,8 @@ void fill(const Inputs::Taken& taken, fire3dv_event& event) {
 int poll_events(fire3dv_stream* stream, fire3dv_event* events, size_t capacity) {
   if (!events || capacity == 0) return fail(FIRE3DV_ERROR_ARGUMENT, "events is NULL, or capacity is 0");
   const size_t struct_size = events->struct_size;
-  if (struct_size < sizeof *events)
+  constexpr size_t kSaneSize = 4096;
+  if (struct_size < sizeof *events || struct_size > kSaneSize)
     return fail(FIRE3DV_ERROR_ARGUMENT, "events[0].struct_size is " + std::to_string(struct_size) +
                                             "; set it to sizeof(fire3dv_event)");
   capacity = std::min<size_t>(capacity, INT_MAX);

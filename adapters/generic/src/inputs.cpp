@@ -27,7 +27,8 @@ void Inputs::clear(const std::string& name) {
 }
 
 void Inputs::restart_epoch() {
-  queue_.clear();
+  std::erase_if(queue_, [](const wire::InputEvent& event) { return event.action != InputAction::end; });
+  for (const auto& [holder, hold] : holds_) push_end(holder, hold.node);
   holds_.clear();
   sources_.clear();
   lost_ = 0;

@@ -26,7 +26,8 @@ class Inputs {
   void declare(const std::string& name, const wire::Input& input);
   // Ends drags by that input, with an event.
   void clear(const std::string& name);
-  // Drops events and drags: their nodes are those of the description before.
+  // Drops events other than ends of drags, and ends the drags that are held: their nodes are those of the
+  // description before.
   void restart_epoch();
 
   // Queues an event, or drops it (counted): of another epoch, repeated, of an undeclared input, of an action

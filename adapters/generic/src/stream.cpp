@@ -137,7 +137,7 @@ void fire3dv_stream::read_replies() {
     if (const auto* ping = std::get_if<wire::Ping>(&*message)) on(*ping);
     if (const auto* status = std::get_if<wire::Status>(&*message)) on(*status);
     if (const auto* refused = std::get_if<wire::ImageRefused>(&*message)) images.on(*refused);
-    if (const auto* event = std::get_if<wire::InputEvent>(&*message))
+    if (const auto* event = std::get_if<wire::InputEvent>(&*message); event && takes_input)
       inputs.on(*event, epoch, node_count, fire3dv::client::monotonic_now_ns());
   }
 }

@@ -93,6 +93,7 @@ struct fire3dv_stream {
   std::unique_ptr<fire3dv::transport::PublisherLink> link;
   std::string uri;
   std::string adapter_name;
+  bool takes_input = true;  // false: anyone could forge events
 
   fire3dv::wire::PoseFrameEncoder encoder;
   uint32_t node_count = 0;

@@ -5,7 +5,7 @@
  *   gain.maximum = 2; gain.value = 1;
  *   fire3dv_declare_input(stream, "controller/gain", &gain);             // once
  *   fire3dv_event event = {sizeof event};
- *   while (fire3dv_poll_events(stream, &event, 1) == 1)                  // each step: never waits
+ *   for (int i = 0; i < 1024 && fire3dv_poll_events(stream, &event, 1) == 1; ++i)  // each step: never waits
  *     if (strcmp(event.input, "controller/gain") == 0) set_gain(event.value);
  *
  * Rights: nothing is sent for what is not declared. Events come from renderers over shm://, tcp://, tls://
@@ -15,7 +15,9 @@
  * viewers agree; fire3dv_describe keeps it, the end of the stream removes it, and it takes part of
  * fire3dv_options.scene_budget_bytes. Order: of sliders, speeds and moves of a drag only the newest event is
  * queued; of all others at most 1024 are, and later ones are dropped and counted. Events of an earlier
- * description, repeated ones, and those whose input was cleared or whose value is out of range never arrive.
+ * description, repeated ones, and those whose input was cleared or whose value is out of range never arrive;
+ * but what is held when fire3dv_describe or fire3dv_clear_input is called ends with an event, whose node is
+ * that of the description before. A renderer may send as fast as it likes: take a bounded number at a time.
  * Blocking, ownership, thread-safety: as in client.h. No call waits.
  */
 #ifndef FIRE3DV_INPUT_H

@@ -286,7 +286,56 @@ TEST_P(ClientInputs, ClearedInputsEndTheirDrags) {
   EXPECT_EQ(fire3dv_clear_input(stream_.get(), "drag"), FIRE3DV_OK) << "not declared is no error";
 }
 
+// Whoever reads the events need not know that the renderer's nodes are others now.
+TEST_P(ClientInputs, NewDescriptionsEndDrags) {
+  declare_all();
+  renderer_.act("drag", InputAction::begin, 1, 1);
+  ASSERT_EQ(take().size(), 1u);
+  const uint64_t before = renderer_.epoch;
+  stream_.describe({"arm"});
+  ASSERT_TRUE(repeat_until([&] {
+    renderer_.poll();
+    (void)stream_.poll();
+    return renderer_.epoch != before && renderer_.declared.size() == 5;
+  }));
+  const std::vector<fire3dv_event> events = take();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].action, FIRE3DV_EVENT_END);
+  EXPECT_EQ(events[0].source, 77u);
+  EXPECT_EQ(events[0].node, 1u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Links, ClientInputs, testing::Values("shm", "tcp"));
+
+// Without a key anyone could forge them.
+TEST(ClientInputsOverUdp, AreIgnored) {
+  InputRenderer renderer(listener_uri("udp"));
+  Stream stream(renderer.link->uri());
+  stream.describe({"base", "arm"});
+  fire3dv_input kick{};
+  kick.struct_size = sizeof kick;
+  kick.kind = FIRE3DV_INPUT_BUTTON;
+  ASSERT_EQ(fire3dv_declare_input(stream.get(), "kick", &kick), FIRE3DV_OK) << fire3dv_last_error();
+  ASSERT_TRUE(repeat_until([&] {
+    renderer.poll();
+    (void)stream.poll();
+    return renderer.declared.size() == 1;
+  }));
+  ASSERT_TRUE(repeat_until([&] {  // datagrams may be lost
+    renderer.act("kick", InputAction::press);
+    wire::Welcome welcome;
+    welcome.epoch = renderer.epoch;
+    renderer.link->send(renderer.peer, wire::encode(welcome));
+    renderer.poll();
+    fire3dv_event event{};
+    event.struct_size = sizeof event;
+    EXPECT_EQ(fire3dv_poll_events(stream.get(), &event, 1), 0);
+    return poll(stream.get()).welcome == 0;
+  }));
+  fire3dv_event event{};
+  event.struct_size = sizeof event;
+  EXPECT_EQ(fire3dv_poll_events(stream.get(), &event, 1), 0);
+}
 
 TEST(ClientInputErrors, NameTheField) {
   Stream stream(silent_uri("shm"));
@@ -321,6 +370,8 @@ TEST(ClientInputErrors, NameTheField) {
   fire3dv_event event{};
   EXPECT_EQ(fire3dv_poll_events(stream.get(), &event, 1), FIRE3DV_ERROR_ARGUMENT);
   EXPECT_EQ(fire3dv_poll_events(stream.get(), nullptr, 1), FIRE3DV_ERROR_ARGUMENT);
+  event.struct_size = 4097;
+  EXPECT_EQ(fire3dv_poll_events(stream.get(), &event, 1), FIRE3DV_ERROR_ARGUMENT);
   event.struct_size = sizeof event;
   EXPECT_EQ(fire3dv_poll_events(stream.get(), &event, 1), 0);
 }

@@ -11,9 +11,11 @@ from .. import _library as c
 from .._handle import StreamHandle
 from .._library import check, encoded, library
 from .._numbers import real
-from ..errors import ArgumentError, ErrorCode
+from ..errors import ArgumentError, ErrorCode, StateError
 
 _BATCH = 64  # events of one call
+_MAX_EVENTS = 1024  # of one events(): a renderer may send without end
+_MAX_STEPS = 1_000_000
 _RUN_PAUSE, _STEP, _RESET, _SPEED = 1, 2, 4, 8
 
 
@@ -72,18 +74,23 @@ class Control:
         controls._declare(self)
 
     def remove(self) -> None:
-        """Removes the input."""
-        self._controls._remove(self.name)
+        """Removes the input. Its values cannot be set any more."""
+        if self._is_declared():
+            self._controls._remove(self.name)
 
-    def _take(self, event: Event) -> None:
+    def _is_declared(self) -> bool:
+        """Whether it was neither removed nor replaced by another of its name."""
+        return self._controls._by_name.get(self.name) is self
+
+    def _take(self, event: Event) -> Tuple[Any, ...]:
+        """Takes the values of an event. Returns the arguments for the callback."""
         self._raw.value = event.value
-        self._report(self._raw.value)
-
-    def _report(self, value: Any) -> None:
-        if self._on_change is not None:
-            self._on_change(value)
+        return (self._raw.value,)
 
     def _set(self, field: str, value: Any) -> None:
+        if not self._is_declared():
+            raise StateError(ErrorCode.STATE, f"the control {self.name!r} was removed, or declared again: use the newer one, "
+                             "or declare it")
         before = getattr(self._raw, field)
         setattr(self._raw, field, value)
         try:
@@ -118,9 +125,9 @@ class Toggle(Control):
     def value(self, value: bool) -> None:
         self._set("value", float(bool(value)))
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
         self._raw.value = event.value
-        self._report(self.value)
+        return (self.value,)
 
 
 class Choice(Control):
@@ -139,9 +146,9 @@ class Choice(Control):
     def value(self, value: str) -> None:
         self._set("value", float(_index_of(value, self.choices)))
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
         self._raw.value = event.value
-        self._report(self.value)
+        return (self.value,)
 
 
 class Text(Control):
@@ -156,9 +163,9 @@ class Text(Control):
     def value(self, value: str) -> None:
         self._set("text", encoded(value, "value"))
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
         self._raw.text = event.text.encode()
-        self._report(event.text)
+        return (event.text,)
 
 
 class Button(Control):
@@ -166,10 +173,9 @@ class Button(Control):
 
     presses = 0  #: since it was declared
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
         self.presses += 1
-        if self._on_change is not None:
-            self._on_change()  # type: ignore[call-arg]
+        return ()
 
 
 class Run(Control):
@@ -185,6 +191,7 @@ class Run(Control):
     @running.setter
     def running(self, running: bool) -> None:
         self._set("value", float(bool(running)))
+        self._steps = 0
 
     @property
     def speed(self) -> float:
@@ -196,7 +203,8 @@ class Run(Control):
         self._set("speed", real(speed, "speed"))
 
     def take_steps(self) -> int:
-        """Returns the steps requested while paused since the last call."""
+        """Returns the steps requested since the last call, at most 1,000,000. Those before the last run, pause or reset
+        do not count, nor those while it runs."""
         steps, self._steps = self._steps, 0
         return steps
 
@@ -205,16 +213,18 @@ class Run(Control):
         resets, self._resets = self._resets, 0
         return resets > 0
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
+        if event.action in (Action.RUN, Action.PAUSE, Action.RESET):
+            self._steps = 0
         if event.action in (Action.RUN, Action.PAUSE):
             self._raw.value = float(event.action == Action.RUN)
         elif event.action == Action.SPEED:
             self._raw.speed = event.value
-        elif event.action == Action.STEP:
-            self._steps += int(event.value)
+        elif event.action == Action.STEP and not self.running:
+            self._steps = min(self._steps + int(event.value), _MAX_STEPS)
         elif event.action == Action.RESET:
             self._resets += 1
-        self._report(event)
+        return (event,)
 
 
 @dataclass(frozen=True)
@@ -236,14 +246,14 @@ class Drag(Control):
     @property
     def pulls(self) -> List[Pull]:
         """All drags at this moment: one of each viewer at most."""
-        return list(self._held.values())
+        return list(self._held.values()) if self._is_declared() else []
 
-    def _take(self, event: Event) -> None:
+    def _take(self, event: Event) -> Tuple[Any, ...]:
         if event.action == Action.END:
             self._held.pop((event.source, event.viewer), None)
         else:
             self._held[event.source, event.viewer] = Pull(event.node, event.node_point, event.target)
-        self._report(event)
+        return (event,)
 
 
 def _index_of(value: str, choices: Sequence[str]) -> int:
@@ -256,7 +266,8 @@ class Controls:
     """Declares the inputs of a stream: Stream.controls.
 
     What stands before the last "/" of a name is its folder in panels. Declaring a name again replaces the input.
-    Callbacks run in Stream.events(), in the thread that calls it.
+    Callbacks run in Stream.events(), in the thread that calls it, when all controls have their new values. If one
+    raises an exception the others are called all the same; then events() raises the first exception.
     """
 
     def __init__(self, stream: Inputs) -> None:
@@ -321,10 +332,22 @@ class Controls:
         self._stream._call(library().fire3dv_clear_input, encoded(name, "name"))
         self._by_name.pop(name, None)
 
-    def _take(self, event: Event) -> None:
-        control = self._by_name.get(event.input)
-        if control is not None and control._raw.kind == event.kind:
-            control._take(event)
+    def _take(self, events: List[Event]) -> None:
+        calls: List[Tuple[Control, Tuple[Any, ...]]] = []
+        for event in events:
+            control = self._by_name.get(event.input)
+            if control is not None and control._raw.kind == event.kind:
+                calls.append((control, control._take(event)))
+        failure: Optional[Exception] = None
+        for control, arguments in calls:
+            if control._on_change is None or not control._is_declared():  # a callback may have removed it
+                continue
+            try:
+                control._on_change(*arguments)
+            except Exception as error:
+                failure = failure or error
+        if failure is not None:
+            raise failure
 
 
 class Inputs:
@@ -343,11 +366,11 @@ class Inputs:
         return self._controls
 
     def events(self) -> List[Event]:
-        """Returns what people have done since the last call; updates the controls, and calls their callbacks. Never
-        waits. Call it in each step."""
+        """Returns what people have done since the last call; updates the controls, and calls their callbacks. At
+        most 1024; the next call has the others. Never waits. Call it in each step."""
         raw = (c.Event * _BATCH)()
         found: List[Event] = []
-        while True:
+        for _ in range(_MAX_EVENTS // _BATCH):
             raw[0].struct_size = ctypes.sizeof(c.Event)
             count = self._open_handle().call(library().fire3dv_poll_events, raw, _BATCH)
             if count < 0:
@@ -355,8 +378,7 @@ class Inputs:
             found += [self._event_of(raw[i]) for i in range(count)]
             if count < _BATCH:
                 break
-        for event in found:
-            self.controls._take(event)
+        self.controls._take(found)
         return found
 
     def _event_of(self, raw: c.Event) -> Event:
