@@ -104,7 +104,9 @@ Result<void> check_run(const Input& input) {
   if ((input.flags & kKnown) == 0)
     return Error{"SceneEdit.flags is " + std::to_string(input.flags) +
                  "; a run bar takes at least one of run and pause (1), step (2), reset (4), speed (8)"};
-  if (auto good = check_between("SceneEdit.value", input.value, 0, 1); !good) return good;
+  if (input.value != 0 && input.value != 1)
+    return Error{"SceneEdit.value is " + number_text(input.value) +
+                 "; of a run bar it is 1 (running) or 0 (paused)"};
   if ((input.flags & kInputSpeed) == 0) return {};
   if (input.minimum < 0)
     return Error{"SceneEdit.minimum is " + number_text(input.minimum) + "; a speed is not negative"};

@@ -140,6 +140,7 @@ std::vector<Case> refused_input_cases() {
   add("choice_fraction", mode(), "value is 0.5", [](Input& i) { i.value = 0.5; });
   add("choices_of_slider", gain(), "choices is given", [](Input& i) { i.choices = {"a"}; });
   add("run_takes_nothing", run_bar(), "flags is 0", [](Input& i) { i.flags = 0; });
+  add("run_half", run_bar(), "value is 0.5", [](Input& i) { i.value = 0.5; });
   add("speed_outside", run_bar(), "speed is 5", [](Input& i) { i.speed = 5; });
   add("speed_negative", run_bar(), "minimum is -1", [](Input& i) { i.minimum = -1; });
   add("toggle_two", run_bar(), "value is 2", [](Input& i) {

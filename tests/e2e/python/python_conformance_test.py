@@ -337,6 +337,7 @@ REFUSED = {
     "scene_edit_input_name_too_long": (lambda s: s.controls.button("x" * 128), "node has 128"),
     "scene_edit_input_range_empty": (lambda s: s.controls.slider("g", -1, -1), "maximum is -1"),
     "scene_edit_input_range_infinite": (lambda s: s.controls.slider("g", -1, INF), "maximum is inf"),
+    "scene_edit_input_run_half": "a bool, which is 0 or 1",
     "scene_edit_input_run_takes_nothing": (
         lambda s: s.controls.run(can_pause=False, can_step=False, can_reset=False), "flags is 0"),
     "scene_edit_input_speed_negative": (lambda s: s.controls.run(speeds=(-1, 4)), "minimum is -1"),
