@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "renderer/gui/panels.h"
 
 namespace fire3dv::gui {
@@ -96,8 +97,7 @@ class StreamControls {
     c_.ui.note(label);
     if (c_.ui.text(label.c_str(), "", value)) edited = {epoch_, name, value};
     if (!ImGui::IsItemDeactivatedAfterEdit()) return;
-    value.resize(std::min<size_t>(value.size(), wire::kMaxInputTextBytes));
-    act(name, wire::InputAction::set, 0, value);
+    act(name, wire::InputAction::set, 0, printable_text(value, wire::kMaxInputTextBytes));
     edited = {};
   }
 
