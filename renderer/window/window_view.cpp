@@ -22,7 +22,9 @@ constexpr uint64_t kGrab = uint64_t{1} << 63;
 
 bool CameraWindow::steer(ViewState& view_state, const state::PoseState& poses, float seconds) {
   const VkExtent2D extent = window_.framebuffer_extent();
+  const bool can_drag_bodies = std::exchange(view_state.can_drag_bodies, false);  // in the first window only
   const CameraMoves moves = input_.take(window_.take_input(), true, view_state);
+  view_state.can_drag_bodies = can_drag_bodies;
   if (moves.click_px) clicked_px_ = moves.click_px;
   move_camera(camera_, moves, view_state, poses, {extent.width, extent.height}, seconds);
   return !window_.should_close();
