@@ -121,9 +121,9 @@ class Fields {
   std::string fault_;
 };
 
-// By number.
-constexpr std::array<std::string_view, wire::kInputActionCount> kActions{
-    "set", "press", "run", "pause", "step", "reset", "speed", "begin", "move", "end"};
+// By number. A page has no drags.
+constexpr std::array<std::string_view, 7> kActions{"set", "press", "run", "pause", "step", "reset", "speed"};
+static_assert(static_cast<size_t>(wire::InputAction::begin) == kActions.size());
 
 void read_input(Fields& fields, ClientMessage& message) {
   constexpr double kMaxValue = 1e12;

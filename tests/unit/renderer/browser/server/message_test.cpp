@@ -112,6 +112,9 @@ TEST(ClientMessage, BadOnesAreRefused) {
         std::string(R"({"type":"setting","setting":"shadows","control":-1,"value":"off"})"),
         std::string(R"({"type":"setting","setting":"shadows","control":0,"value":1})"),
         std::string(R"({"type":"input","list":0,"index":0,"action":"jump","value":0,"text":""})"),
+        std::string(R"({"type":"input","list":0,"index":0,"action":"begin","value":0,"text":""})"),
+        std::string(R"({"type":"input","list":0,"index":0,"action":"move","value":0,"text":""})"),
+        std::string(R"({"type":"input","list":0,"index":0,"action":"end","value":0,"text":""})"),
         std::string(R"({"type":"input","list":0,"index":0,"action":"set","value":1e13,"text":""})"),
         std::string(R"({"type":"input","list":0,"action":"set","value":1,"text":""})"),
         R"({"type":"input","list":0,"index":0,"action":"set","value":1,"text":")" + std::string(1024, 'a') +
