@@ -150,7 +150,7 @@ Result<void> LabelledImages::describe_episode(const scene::Scene& scene,
   episode.fps = static_cast<uint32_t>(options_.run.rate.value_or(offline::FrameRate{}).numerator);
   episode.task = options_.task;
   episode.has_linear_depth = options_.has_depth_scale;
-  if (options_.run.recording.empty() || !is_check_) return {};
+  if (options_.run.recording.empty() || is_check_) return {};
   auto moved = find_moved_nodes(options_.run.recording, scene);
   if (!moved) return moved.error();
   auto robot = robot::find_robot(gltf_file, true);
