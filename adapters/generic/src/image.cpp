@@ -168,7 +168,8 @@ int wait_image(StreamCall& call, fire3dv_stream& stream, uint64_t id, uint32_t t
     if (auto why = images.take_refusal(id)) return fail(FIRE3DV_ERROR_REFUSED, *why);
     if (id != 0 && !images.is_open(id))
       return fail(FIRE3DV_ERROR_ARGUMENT, "no image of request " + std::to_string(id) + " is to come");
-    if (id == 0 && !images.has_open()) return fail(FIRE3DV_ERROR_STATE, "no image has been requested");
+    if (id == 0 && !images.has_open_singles())
+      return fail(FIRE3DV_ERROR_STATE, "no image has been requested");
     return {};
   });
   if (code) return *code;

@@ -60,6 +60,12 @@ Result<void> check_answer(const wire::ImageFrame& frame, std::span<const std::by
                  std::to_string(request.views())};
   if (const uint32_t outputs = outputs_of(frame); outputs != request.outputs)
     return Error{"it has " + names_of(outputs) + " instead of " + names_of(request.outputs)};
+  for (const wire::ImagePlane& plane : frame.planes) {
+    const uint64_t row_bytes = uint64_t{plane.width} * wire::info_at(plane.output_bit).element_bytes;
+    if (request.batch && plane.row_stride != row_bytes)
+      return Error{"it has rows of " + std::to_string(plane.row_stride) + " bytes instead of " +
+                   std::to_string(row_bytes) + ", as batches have them"};
+  }
   if (is.lens != wanted.lens) return Error{"it has another lens than its request"};
   if (frame.sequence > newest_sequence)
     return Error{"it shows frame " + std::to_string(frame.sequence) + ", but " +

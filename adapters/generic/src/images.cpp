@@ -28,6 +28,11 @@ wire::ImageBatch without_poses(const wire::ImageBatch& batch) {
   return result;
 }
 
+// id 0: of any request but batches, whose answers have another shape.
+bool is_of(const Images::Arrived& image, uint64_t id) {
+  return id == 0 ? !image.is_batch : image.frame.request == id;
+}
+
 bool switches_document(wire::ImageWhen when) {
   return when == wire::ImageWhen::every_nth || when == wire::ImageWhen::rate;
 }
@@ -114,7 +119,8 @@ Result<void> Images::restart_epoch(transport::PublisherLink& link, uint64_t epoc
     const auto open = at++;
     wire::ImageRequest& request = open->second.request;
     if (!switches_document(request.when)) {
-      refuse(open->first, "the stream was described again before the image arrived; request it again");
+      refuse(open->first, static_cast<bool>(request.batch),
+             "the stream was described again before the image arrived; request it again");
       close(open);
       continue;
     }
@@ -127,15 +133,16 @@ Result<void> Images::restart_epoch(transport::PublisherLink& link, uint64_t epoc
   return {};
 }
 
-void Images::refuse(uint64_t id, std::string why) {
+void Images::refuse(uint64_t id, bool is_batch, std::string why) {
   if (refused_.size() == kMaxRefusals) refused_.erase(refused_.begin());
-  refused_[id] = std::move(why);
+  refused_[id] = {std::move(why), is_batch};
 }
 
 void Images::on(const wire::ImageRefused& refused) {
   const auto open = open_.find(refused.request);
   if (open == open_.end() || open->second.request.epoch != refused.epoch) return;
-  refuse(refused.request, refused.message.empty() ? "the renderer gives no reason" : refused.message);
+  refuse(refused.request, static_cast<bool>(open->second.request.batch),
+         refused.message.empty() ? "the renderer gives no reason" : refused.message);
   close(open);
 }
 
@@ -194,7 +201,8 @@ void Images::store(const wire::ImageFrame& frame, std::span<const std::byte> pix
   request.has_come = true;
   request.lost +=
       std::erase_if(arrived_, [&](const Arrived& image) { return image.frame.request == frame.request; });
-  arrived_.push_back({frame, pixels, std::move(keep), request.lost});
+  arrived_.push_back(
+      {frame, pixels, std::move(keep), request.lost, static_cast<bool>(request.request.batch)});
   if (!switches_document(request.request.when)) close(open);
   bound_arrived();
 }
@@ -207,7 +215,8 @@ void Images::bound_arrived() {
     const Arrived& oldest = arrived_.front();
     bytes -= oldest.pixels.size();
     if (!open_.contains(oldest.frame.request))
-      refuse(oldest.frame.request, "its image was given up, since too many had come that nobody took");
+      refuse(oldest.frame.request, oldest.is_batch,
+             "its image was given up, since too many had come that nobody took");
     arrived_.pop_front();
   }
 }
@@ -223,14 +232,19 @@ void Images::copy_lent_images() {
   }
 }
 
+bool Images::has_open_singles() const {
+  return std::any_of(open_.begin(), open_.end(),
+                     [](const auto& entry) { return !entry.second.request.batch; });
+}
+
 bool Images::has_arrived(uint64_t id) const {
   return std::any_of(arrived_.begin(), arrived_.end(),
-                     [&](const Arrived& image) { return id == 0 || image.frame.request == id; });
+                     [&](const Arrived& image) { return is_of(image, id); });
 }
 
 std::optional<Images::Arrived> Images::take(uint64_t id) {
-  const auto found = std::find_if(arrived_.begin(), arrived_.end(),
-                                  [&](const Arrived& image) { return id == 0 || image.frame.request == id; });
+  const auto found =
+      std::find_if(arrived_.begin(), arrived_.end(), [&](const Arrived& image) { return is_of(image, id); });
   if (found == arrived_.end()) return {};
   Arrived image = std::move(*found);
   arrived_.erase(found);
@@ -239,9 +253,11 @@ std::optional<Images::Arrived> Images::take(uint64_t id) {
 }
 
 std::optional<std::string> Images::take_refusal(uint64_t id) {
-  const auto found = id == 0 ? refused_.begin() : refused_.find(id);
+  const auto found = id == 0 ? std::find_if(refused_.begin(), refused_.end(),
+                                            [](const auto& entry) { return !entry.second.is_batch; })
+                             : refused_.find(id);
   if (found == refused_.end()) return {};
-  std::string why = "request " + std::to_string(found->first) + ": " + found->second;
+  std::string why = "request " + std::to_string(found->first) + ": " + found->second.why;
   refused_.erase(found);
   return why;
 }

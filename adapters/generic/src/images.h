@@ -23,6 +23,7 @@ class Images {
     std::span<const std::byte> pixels;
     transport::PublisherLink::Image keep;
     uint64_t lost = 0;
+    bool is_batch = false;
   };
 
   // Sends the request with a new id and slot. On error nothing changes.
@@ -32,7 +33,8 @@ class Images {
   Result<void> restart_epoch(transport::PublisherLink& link, uint64_t epoch);
 
   // Receives images until one of request `id` (0: of any request) has arrived or the link is empty. Drops
-  // what is no answer to its request. newest_sequence: the last published frame.
+  // what is no answer to its request. Batches are only returned by their id. newest_sequence: the last
+  // published frame.
   void collect(transport::PublisherLink& link, uint64_t epoch, uint64_t newest_sequence, uint64_t id);
   std::optional<Arrived> take(uint64_t id);
   void on(const wire::ImageRefused& refused);
@@ -41,7 +43,8 @@ class Images {
 
   bool is_open(uint64_t id) const { return open_.contains(id); }
   bool has_arrived(uint64_t id) const;
-  bool has_open() const { return !open_.empty(); }
+  // Requests other than batches.
+  bool has_open_singles() const;
   // Images that were dropped, since they are malformed or no answer to their request.
   uint64_t dropped() const { return dropped_; }
   // How many, and why the last one was; empty if there is none. One clause.
@@ -57,7 +60,7 @@ class Images {
   };
   Result<void> send(transport::PublisherLink& link, const wire::ImageRequest& request);
   void close(std::map<uint64_t, Open>::iterator open);
-  void refuse(uint64_t id, std::string why);
+  void refuse(uint64_t id, bool is_batch, std::string why);
   Result<void> arrived(uint64_t epoch, uint64_t newest_sequence, transport::PublisherLink::Image&& image);
   void store(const wire::ImageFrame& frame, std::span<const std::byte> pixels,
              transport::PublisherLink::Image&& keep);
@@ -73,7 +76,11 @@ class Images {
 
   std::deque<Arrived> arrived_;                  // at most one per request, the newest
   size_t most_open_ = 0, most_block_bytes_ = 0;  // that the link has made room for
-  std::map<uint64_t, std::string> refused_;
+  struct Refusal {
+    std::string why;
+    bool is_batch = false;
+  };
+  std::map<uint64_t, Refusal> refused_;
   uint64_t dropped_ = 0;
   std::string dropped_why_;  // of the last one
   wire::Decoder decoder_;

@@ -153,7 +153,8 @@ class Batch:
         if fov:
             focal = self.height / 2 / math.tan(fov / 2)
             camera_matrices = [[focal, 0, (self.width - 1) / 2], [0, focal, (self.height - 1) / 2], [0, 0, 1]]
-        self._camera_poses = self._read_camera_poses(camera_poses)
+        poses = self._read_camera_poses(camera_poses)
+        self._camera_poses = None if poses is None else poses.copy()  # the caller may change the array
         self._projections = self._read_matrices(camera_matrices)
         if self._projections is None and node is None:
             raise _refuse("camera_matrices, vertical_fov_rad, or a node with a camera is needed for the projection")
@@ -176,6 +177,7 @@ class Batch:
             if name not in index_of:
                 raise _refuse(f"nodes[{i}] is {name!r}, which is none of the stream's nodes: {', '.join(described[:8])}"
                               f"{' ...' if len(described) > 8 else ''}")
+        self._described = self._stream._node_names
         return tuple(names), numpy.array([index_of[name] for name in names], numpy.uint32)
 
     def _read_views(self, views: Optional[Array]) -> Any:
@@ -190,7 +192,7 @@ class Batch:
         if wrong.any():
             index = int(numpy.argmax(wrong))
             raise _refuse(f"views[{index}] is {given[index]}; there are worlds 0 to {self.worlds - 1}")
-        return numpy.ascontiguousarray(given, numpy.uint32)
+        return numpy.array(given, numpy.uint32)
 
     def _read_camera_poses(self, value: Optional[Array]) -> Any:
         if value is None:
@@ -221,6 +223,10 @@ class Batch:
                 active: Optional[Array] = None) -> BatchRequest:
         """Requests the images, without waiting. Arguments as of render."""
         import numpy
+        described = self._stream._node_names
+        if described is not self._described and described != self._described:
+            raise StateError(ErrorCode.STATE, "describe() has given the stream other nodes since the batch was made: make it again "
+                             "with Stream.batch")
         of_worlds = _poses(poses, ("W", "B"), "poses", self._is_wxyz)
         if of_worlds.shape[1] != len(self.nodes):
             raise _refuse(f"poses has the shape {numpy.shape(poses)}; it has {of_worlds.shape[1]} nodes, the batch {len(self.nodes)}")
@@ -264,12 +270,18 @@ class Batch:
 
         The arrays are read-only and view the received memory without a copy, "color" (V, H, W, 4) uint8, "depth"
         (V, H, W, 1) float32 in metres along the camera's axis, infinity for the background; others as fire3dv.Image has
-        them. View v shows world views[v] exactly as a batch of this world alone shows it, byte for byte.
+        them. View v shows world views[v] exactly as a batch of this world alone shows it, byte for byte (but for shadow maps of
+        very many worlds: docs/batches.md).
 
-        Raises Timeout, RefusedError (the renderer's reason; where the worlds do not fit, with the number that does) and
-        ArgumentError.
+        Raises Timeout, RefusedError (the renderer's reason; where the worlds do not fit, with the number that does),
+        ArgumentError, and StateError after a describe() with other nodes. After any exception the request is taken back.
         """
-        return self.request(poses, camera_poses=camera_poses, camera_matrices=camera_matrices, active=active).wait(timeout_s)
+        request = self.request(poses, camera_poses=camera_poses, camera_matrices=camera_matrices, active=active)
+        try:
+            return request.wait(timeout_s)
+        except BaseException:  # Ctrl-C, too: nobody else has the request
+            request.close()
+            raise
 
     def _wait(self, number: int, timeout_s: float) -> Dict[str, npt.NDArray[Any]]:
         import numpy

@@ -148,7 +148,7 @@ class ImageRequests:
                      near_m=near_m, far_m=far_m, quaternions=quaternions)
 
     def wait_image(self, timeout_s: float = WAIT_S, request: Optional[ImageRequest] = None) -> Image:
-        """Waits for the next image of `request`, or of any request. Raises Timeout, or RefusedError."""
+        """Waits for the next image of `request`, or of any request but batches. Raises Timeout, or RefusedError."""
         pointer = POINTER(c.Image)()
         number = request.id if request else 0
         self._wait(seconds(timeout_s, "timeout_s"),
@@ -183,7 +183,7 @@ class ImageRequests:
                     raise Timeout(ErrorCode.TIMEOUT, text) from None
 
     def images(self, timeout_s: float = 10.0) -> Iterator[Image]:
-        """Yields images of all requests in order of arrival, until none arrives for timeout_s."""
+        """Yields images of all requests but batches in order of arrival, until none arrives for timeout_s."""
         while True:
             try:
                 yield self.wait_image(timeout_s)

@@ -77,7 +77,8 @@ struct Drawer {
     });
   }
   // views: as of the request, unless the renderer lies.
-  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows, uint32_t views = 0) {
+  bool answer(const wire::ImageRequest& request, uint64_t number, uint64_t shows, uint32_t views = 0,
+              uint32_t row_padding = 0) {
     wire::ImageFrame frame;
     frame.views = views == 0 ? request.views() : views;
     frame.request = request.id;
@@ -90,7 +91,7 @@ struct Drawer {
     for (uint32_t bit = 0; bit < wire::kImageOutputCount; ++bit) {
       if ((request.outputs >> bit & 1) == 0) continue;
       const wire::ImageOutputInfo& info = wire::info_at(bit);
-      const uint32_t row = info.element_bytes * width;
+      const uint32_t row = info.element_bytes * width + row_padding;
       frame.planes.push_back({bit, info.format, width, height, row, frame.pixel_bytes, row * height});
       frame.pixel_bytes += (frame.planes.back().bytes + 63) / 64 * 64;
     }
@@ -206,6 +207,7 @@ TEST_P(ClientImage, BatchReturnsAllViews) {
   EXPECT_NE(std::string(fire3dv_last_error()).find("it has 2 views instead of 3"), std::string::npos)
       << fire3dv_last_error();
   ASSERT_TRUE(drawer_->answer(got, 1, 0));
+  EXPECT_EQ(wait(0, FIRE3DV_ERROR_STATE, 50), nullptr) << "a batch is not any image";
   const Image image = wait(id);
   ASSERT_NE(image, nullptr);
   EXPECT_EQ(image->views, 3u);
@@ -230,6 +232,18 @@ TEST_P(ClientImage, BatchReturnsAllViews) {
   EXPECT_EQ(shared.parent_from_camera.m[0], 0.25f);
   EXPECT_TRUE(shared.batch->view_poses.empty());
   EXPECT_EQ(fire3dv_cancel_image(stream_.get(), id), FIRE3DV_OK);
+
+  fire3dv_batch_request one = request;
+  one.worlds = 1;
+  ASSERT_EQ(fire3dv_request_batch(stream_.get(), &one, &id), FIRE3DV_OK) << fire3dv_last_error();
+  const wire::ImageRequest of_one = seen(id);
+  ASSERT_TRUE(drawer_->answer(of_one, 1, 0, 0, 64)) << "with padded rows";
+  EXPECT_EQ(wait(id, FIRE3DV_ERROR_TIMEOUT, 50), nullptr);
+  EXPECT_NE(std::string(fire3dv_last_error()).find("it has rows of 96 bytes instead of 32"),
+            std::string::npos)
+      << fire3dv_last_error();
+  ASSERT_TRUE(drawer_->answer(of_one, 1, 0));
+  EXPECT_NE(wait(id), nullptr);
 
   const auto refuses = [&](const char* text, auto change) {
     fire3dv_batch_request bad = request;
