@@ -137,12 +137,15 @@ bool ImageService::draw_batches(gpu::FrameRing& frames, std::vector<state::Image
         batches_.draw(frames, one,
                       {.stream = *stream,
                        .scene = scene_,
+                       .displayed = renderer_,
                        .settings = renderer_.settings().draw(),
                        .budget = requests_.budget(one),
                        .hidden_streams = static_cast<uint32_t>(poses_.hidden_streams().size())});
     if (device_.last_submitted() != before) {
       scheduler_.submitted(one.requester, requests_.cost(one.request), one.request.views(), monotonic_ns());
       submissions_.emplace_back(submitted(), begun_ns, takes_new_pipelines());
+    } else {
+      scheduler_.spent(one.requester, begun_ns, monotonic_ns());
     }
     if (refused)
       requests_.refuse(one, refused->reason, refused->why);
@@ -449,7 +452,15 @@ void ImageService::deliver() {
   batches_.deliver(
       [&](state::RequesterId requester, const wire::ImageFrame& frame, const WorldBatches::Fill& fill) {
         const int64_t begin_ns = monotonic_ns();
-        requests_.send(requester, frame, fill);
+        if (!requests_.send(requester, frame, fill)) {
+          // A batch has no later image, so that its publisher would wait in vain.
+          state::ImageRequestRegistry::Due lost{.requester = requester, .sequence = frame.sequence};
+          lost.request.epoch = frame.epoch;
+          lost.request.id = frame.request;
+          requests_.refuse(lost, wire::ImageRefusal::too_large,
+                           "the images of the batch were not sent, since the peer reads too slowly for the "
+                           "limit of waiting bytes (queued-bytes): request it again, or in parts");
+        }
         scheduler_.spent(requester, begin_ns, monotonic_ns());
       });
 }

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <new>
 #include <utility>
 
 #include "renderer/live_scene/gpu_bytes.h"
 #include "renderer/passes/resources/gpu_scene.h"
+#include "renderer/passes/resources/sun_light.h"
 #include "renderer/passes/texture_capacity.h"
+#include "renderer/scene/clusters/clusters.h"
 
 namespace fire3dv::app {
 namespace {
@@ -19,18 +22,36 @@ constexpr uint64_t kMaxSubmittedViewBytes = uint64_t{64} << 20;
 constexpr size_t kMaxFreeBuffers = 2;
 constexpr uint64_t kWorldsEpoch = 1;
 
-// Estimates, from above. Host: bindings, names and rest poses of a PoseState. Device: transforms, facts and
-// instances of nodes; poses and shadow maps of lights; deformed vertices and their acceleration structures.
-uint64_t host_bytes_of_world(const scene::Scene& scene) {
-  return 4096 + uint64_t{512} * scene.nodes.size() + sizeof(float) * scene.morph_weights.size();
+// Estimates, from above. Host: bindings, names and poses of a PoseState. Device: transforms, facts and
+// instances of nodes; poses and shadow maps of lights; all vertices and the copies of deformed nodes, where
+// there are such nodes; poses of named nodes, staged and uploaded.
+uint64_t host_bytes_of_world(const scene::Scene& scene, const WorldBatches::Due& due,
+                             const wire::StreamDescription& stream) {
+  uint64_t bytes = 4096 + uint64_t{512} * scene.nodes.size() + sizeof(float) * scene.morph_weights.size();
+  // A name, its index, offset and pose.
+  for (const uint32_t index : due.request.batch->node_indices) bytes += 200 + stream.node_names[index].size();
+  return bytes;
 }
-uint64_t device_bytes_of_world(const scene::Scene& scene, const scene::Derived& derived,
-                               const wire::Intrinsics& image) {
+uint64_t device_bytes_of_world(const WorldBatches::Due& due, const WorldBatches::Source& source) {
+  const scene::Scene& scene = source.scene.loaded().scene;
+  const scene::Derived& derived = source.scene.loaded().derived;
+  const wire::Intrinsics& image = due.request.intrinsics;
   const uint64_t side = std::clamp(std::bit_ceil(std::max(image.width, image.height)), 64u, 512u);
-  uint64_t bytes = 256 + uint64_t{256} * scene.nodes.size();
+  const uint64_t lights =
+      passes::drawn_lights(scene, &source.scene.edits(), source.displayed.gpu_scene().sun).size();
+  uint64_t bytes = 256 + uint64_t{256} * scene.nodes.size() +
+                   2 * sizeof(wire::Affine3x4) * due.request.batch->node_indices.size() +
+                   lights * (128 + 4 * side * side * 3 / 2);
+  bool has_deformed = false;
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
-    if (scene.nodes[node].light != scene::kNone) bytes += 128 + 4 * side * side * 3 / 2;
-    if (scene.nodes[node].skin != scene::kNone) bytes += estimate_deformed_bytes(scene, derived, node);
+    if (!scene::is_deformed(scene.nodes[node])) continue;
+    has_deformed = true;
+    bytes += estimate_deformed_bytes(scene, derived, node);
+  }
+  if (has_deformed) {
+    bytes += derived.clusters.source_vertices.size() *
+                 (sizeof(glm::vec3) + sizeof(scene::TangentFrame) + sizeof(scene::TangentXy)) +
+             derived.clusters.primitives.size() * uint64_t{256} + sizeof(float) * scene.morph_weights.size();
   }
   return bytes;
 }
@@ -107,25 +128,44 @@ std::optional<CameraRefused> WorldBatches::take_worlds(const Due& due, const Sou
                                                    std::to_string(source.stream.node_names.size())};
   }
   if (auto refused = charge(due, source)) return refused;
-  if (auto refused = show(source, batch.worlds)) return refused;
-  return bind(due, source);
+  try {
+    if (auto refused = show(source, batch.worlds)) return refused;
+    return bind(due, source);
+  } catch (const std::bad_alloc&) {
+    release();
+    return CameraRefused{Refusal::too_large,
+                         "the renderer has no memory for " + std::to_string(batch.worlds) + " worlds"};
+  }
 }
 
-// A refused request leaves the worlds to their owner.
+// A refused request leaves the worlds to their owner. More worlds than requested stay, if they are charged,
+// too: for the same requester, or if they are not many more.
 std::optional<CameraRefused> WorldBatches::charge(const Due& due, const Source& source) {
   const uint32_t worlds = due.request.batch->worlds;
   Owner next;
   next.requester = due.requester;
   const bool is_new = !owner_ || owner_->requester != due.requester;
   Owner& owner = is_new ? next : *owner_;
-  const scene::LoadedScene& loaded = source.scene.loaded();
-  const uint64_t device_bytes = device_bytes_of_world(loaded.scene, loaded.derived, due.request.intrinsics);
-  if (auto refused =
-          charge_worlds(owner.device_memory, source.budget, Resource::gpu_bytes, worlds, device_bytes))
+  const uint64_t device_bytes = device_bytes_of_world(due, source);
+  const uint64_t host_bytes = host_bytes_of_world(source.scene.loaded().scene, due, source.stream);
+  const auto take = [&](uint32_t count) {
+    auto refused =
+        charge_worlds(owner.device_memory, source.budget, Resource::gpu_bytes, count, device_bytes);
+    if (!refused)
+      refused = charge_worlds(owner.host_memory, source.budget, Resource::pose_bytes, count, host_bytes);
     return refused;
-  if (auto refused = charge_worlds(owner.host_memory, source.budget, Resource::pose_bytes, worlds,
-                                   host_bytes_of_world(loaded.scene)))
-    return refused;
+  };
+  const bool has_more = world_count_ > worlds && shown_scene_ == source.scene.replaced();
+  const bool keeps = has_more && !(is_new && worlds < world_count_ / 2) && !take(world_count_);
+  if (!keeps) {
+    if (auto refused = take(worlds)) return refused;
+  }
+  if (has_more && !keeps) {
+    device_.wait(device_.last_submitted());
+    drop_worlds();
+    (void)owner.device_memory.resize(std::min(owner.device_memory.amount(), worlds * device_bytes));
+    (void)owner.host_memory.resize(std::min(owner.host_memory.amount(), worlds * host_bytes));
+  }
   if (is_new) owner_ = std::move(next);
   return {};
 }
@@ -178,7 +218,13 @@ std::optional<CameraRefused> WorldBatches::show(const Source& source, uint32_t w
   }
   shown_scene_ = source.scene.replaced();
   world_count_ = worlds;
-  while (worlds_.size() < worlds) world_pointers_.push_back(&worlds_.emplace_back(loaded.scene));
+  const uint32_t file_nodes = source.scene.file_nodes();
+  while (worlds_.size() < worlds) {
+    state::PoseState& world = worlds_.emplace_back(loaded.scene);
+    // Nodes that streams have added do not make names of the file ambiguous.
+    if (file_nodes < loaded.scene.nodes.size()) world.set_scene(loaded.scene, file_nodes);
+    world_pointers_.push_back(&world);
+  }
   return {};
 }
 
@@ -220,10 +266,11 @@ void WorldBatches::set_poses(const wire::ImageBatch& batch) {
 std::optional<CameraRefused> WorldBatches::draw(gpu::FrameRing& frames, const Due& due,
                                                 const Source& source) {
   const wire::ImageBatch& batch = *due.request.batch;
-  if (auto refused = take_worlds(due, source)) return refused;
   const passes::ImageOutputs outputs(due.request.outputs);
-  if (const Result<void> can = renderer_->can_take(outputs, 2); !can)
+  // The displayed scene by the same settings, but for what batch_settings() leaves out.
+  if (const Result<void> can = source.displayed.can_take(outputs, 2); !can)
     return CameraRefused{Refusal::not_supported, "batches: " + can.error().message};
+  if (auto refused = take_worlds(due, source)) return refused;
   set_poses(batch);
 
   Pending pending;
@@ -341,6 +388,7 @@ std::optional<CameraRefused> WorldBatches::draw_views(gpu::FrameRing& frames,
     }
   } catch (const gpu::VulkanFailure& failure) {
     if (!gpu::is_out_of_memory(failure)) throw;
+    release();  // what the lost commands should have uploaded
     return no_memory("out of memory");
   }
   return {};

@@ -39,6 +39,7 @@ class WorldBatches {
   struct Source {
     const wire::StreamDescription& stream;  // of the requester
     const LiveScene& scene;
+    const passes::SceneRenderer& displayed;  // of other images, shows the scene
     const settings::DrawSettings& settings;  // of other images
     std::shared_ptr<PeerBudget> budget;      // charged for the worlds until release(); null: no limits
     uint32_t hidden_streams = 0;

@@ -99,6 +99,8 @@ class LiveScene {
 
   const scene::Scene& scene() const { return shown().scene; }
   const scene::LoadedScene& loaded() const { return shown(); }
+  // Leading nodes of scene() that are of the file; the others were added.
+  uint32_t file_nodes() const { return static_cast<uint32_t>(base().scene.nodes.size()); }
   const scene::SceneEdits& edits() const { return edits_; }
   // Makes the markers of streams, for the poses shown now, and those of the viewer's overlay those of the
   // next images.

@@ -142,10 +142,13 @@ std::optional<ImageRequestRegistry::Refused> ImageRequestRegistry::add(
                   std::to_string(request.views()) + " views have " + std::to_string(bytes) +
                       " bytes; at most " + std::to_string(wire::kMaxPixelBytes) +
                       " are made at once: request them in parts, or fewer outputs");
-  if (!request.batch && bytes > abilities_.max_pixel_bytes)
+  wire::ImageRequest one_view = request;
+  one_view.batch = {};
+  const uint64_t view_bytes = drawn_bytes(one_view);
+  if (view_bytes > abilities_.max_pixel_bytes)
     return refuse(requester, request, Refusal::too_large,
                   "an image of " + std::to_string(request.intrinsics.width) + " x " +
-                      std::to_string(request.intrinsics.height) + " has " + std::to_string(bytes) +
+                      std::to_string(request.intrinsics.height) + " has " + std::to_string(view_bytes) +
                       " bytes; at most " + std::to_string(abilities_.max_pixel_bytes) +
                       " are made: ask for a smaller one, or for fewer outputs");
   uint64_t open_bytes = bytes;

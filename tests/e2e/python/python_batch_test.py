@@ -10,7 +10,7 @@ import sys
 import numpy
 
 import fire3dv
-from fire3dv.batch import _of_quaternions
+from fire3dv.batch import BatchRequest, _of_quaternions
 from harness import HANG_S, PLAIN_IMAGES, main, vulkan_environment
 from image_reader import check, read_png, write_scene
 
@@ -164,6 +164,12 @@ def limits(test):
                     1, (8, 8), outputs=[output], **SMALL).render(random_poses(1), timeout_s=HANG_S))
             raised(fire3dv.RefusedError, "view 0: no scene node is called \"nobody\"", lambda: stream.batch(
                 1, (8, 8), node="nobody", **SMALL).render(random_poses(1), timeout_s=HANG_S))
+        with renderer.stream("names") as stream:  # also of nodes that the scene lacks
+            stream.describe(NODES + [f"other {i}" for i in range(4000)])
+            poses = numpy.tile(numpy.eye(3, 4, dtype=numpy.float32), (1, 4003, 1, 1))
+            text = raised(fire3dv.RefusedError, "8 worlds do not fit, 2 do", lambda: stream.batch(
+                8, (8, 8), outputs=["depth"], **SMALL).render(poses, timeout_s=HANG_S))
+            check("gpu-bytes" in text, text)
     with renderer_of(test, *PLAIN_IMAGES, "--raster", "forward") as renderer, renderer.stream("forward") as stream:
         raised(fire3dv.RefusedError, "batches: several cameras at once need the visibility path", lambda: stream.batch(
             1, (8, 8), NODES, outputs=["color"], **SMALL).render(random_poses(1), timeout_s=HANG_S))
@@ -213,6 +219,19 @@ def shapes(test):
         raised(argument, "no image of request 1 is to come", lambda: request.wait(0.01))
         late = batch.request(poses)
         raised(fire3dv.Timeout, "no renderer is reached", lambda: late.wait(0.01))
+        raised(fire3dv.Timeout, "no renderer is reached", lambda: batch.render(poses, timeout_s=0.01))
+        rendered = BatchRequest(batch, late.id + 1)  # taken back by render()
+        raised(argument, f"no image of request {rendered.id} is to come", lambda: rendered.wait(0.01))
+
+        camera, views = numpy.array([CAMERA], numpy.float32), numpy.array([1, 0], numpy.uint32)
+        kept = stream.batch(2, SIZE, views=views, camera_poses=camera, camera_matrices=VIEW["camera_matrices"])
+        camera[:], views[:] = numpy.nan, 7
+        kept.request(poses).close()
+        stream.describe(NODES)
+        batch.request(poses).close()
+        stream.describe(NODES[::-1])
+        raised(state, "describe() has given the stream other nodes", lambda: batch.render(poses))
+        stream.describe(NODES)
     raised(state, "closed", lambda: batch.render(poses))
 
 

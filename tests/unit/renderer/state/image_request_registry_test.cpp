@@ -104,6 +104,18 @@ TEST_F(ImageBookTest, BatchesAreRefusedWhatTheyLack) {
             }).find("65536 views have"),
             std::string::npos);
   EXPECT_EQ(refusal([](auto&) {}), "accepted");
+
+  // One view is limited as a single image.
+  const wire::ImageRequest single = request(5, wire::ImageWhen::once);
+  abilities.max_pixel_bytes = drawn_bytes(single);
+  ImageRequestRegistry exact(abilities);
+  EXPECT_FALSE(exact.add(1, batch_of(single, 2, 2)));
+  --abilities.max_pixel_bytes;
+  ImageRequestRegistry less(abilities);
+  const auto refused = less.add(1, batch_of(single, 2, 2));
+  ASSERT_TRUE(refused);
+  EXPECT_NE(refused->answer.message.find("an image of 64 x 48 has"), std::string::npos)
+      << refused->answer.message;
 }
 
 TEST_F(ImageBookTest, BatchesAreChargedForTheirPoses) {
