@@ -16,20 +16,27 @@
  *   }
  *
  * Worlds: a world is the renderer's scene with its edits, in which the request's poses move the named nodes
- * of the stream, and all other nodes rest, whatever streams publish. Worlds differ in their poses alone. Each
- * request has the poses of all worlds, so that requests are independent of each other and of fire3dv_publish;
- * answers carry the request's id. Several requests may be open; they are drawn in order, and may have other
- * worlds, views and sizes.
+ * of the stream, and all other nodes rest as in the file, whatever streams publish. Edits take part that the
+ * renderer shows when it draws; a batch does not wait for assets that are still loaded. Worlds differ in
+ * their poses alone. Each request has the poses of all worlds, so that requests are independent of each
+ * other and of fire3dv_publish; answers carry the request's id. Several requests may be open; they are drawn
+ * in order, and may have other worlds, views and sizes.
  * Images: view v of the answer shows world world_of_view[v]. Its pixels are those that a batch of this world
- * alone has, byte for byte. A plane has views * height rows: the images of all views in order, without
- * padding. Views of inactive worlds have zeros in all outputs. Frames and units: as in client.h and image.h.
+ * alone has, byte for byte, unless shadow maps of very many worlds exceed a quarter of the device memory:
+ * then they are smaller or missing in all worlds. A plane has views * height rows: the images of all views
+ * in order, without padding. Views of inactive worlds have zeros in all outputs. Frames and units: as in
+ * client.h and image.h.
  * Poses are stream_from_body, metres; cameras look along -Z, +Y up; pixel (0, 0) is the centre of the top
- * left one. Not in batches: lenses, depth of field, markers, boxes, motion, occlusion, linear colours and the
- * effects of the renderer's settings that need single images (FXAA, ...). Scenes with blended surfaces, lines
- * or points are refused. Limits: 65535 worlds, 65536 views, 256 MiB for poses and for images. A renderer
- * refuses worlds beyond its memory, or the peer's limits (gpu-bytes, pose-bytes, request-bytes), with the
- * number that fits. Links: shm://, tcp:// and tls://, as images. Renderers before protocol 1.10 refuse
- * batches. Thread-safety and blocking: as in image.h.
+ * left one.
+ * Not in batches: lenses, depth of field, markers, boxes, motion, occlusion, linear colours and the effects
+ * of the renderer's settings that need single images (FXAA, ...). Scenes with blended surfaces, lines or
+ * points are refused.
+ * Limits: 65535 worlds, 65536 views, 256 MiB for poses and for images. A renderer refuses worlds beyond its
+ * memory or the peer's limits: of gpu-bytes, and of pose-bytes for the memory of worlds, with the number
+ * that fits; of request-bytes, and of pose-bytes for the request itself, with the limit. A batch is drawn as
+ * a whole, while others wait: request very many views in parts.
+ * Links: shm://, tcp:// and tls://, as images. Renderers before protocol 1.10 refuse batches. Thread-safety
+ * and blocking: as in image.h.
  */
 #ifndef FIRE3DV_BATCH_H
 #define FIRE3DV_BATCH_H

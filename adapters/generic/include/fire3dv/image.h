@@ -152,7 +152,7 @@ FIRE3DV_API int fire3dv_request_image(fire3dv_stream* stream, const fire3dv_imag
  * error. */
 FIRE3DV_API int fire3dv_cancel_image(fire3dv_stream* stream, uint64_t id);
 
-/* Returns the next image of a request, or of any request with id 0. Waits at most timeout_ms
+/* Returns the next image of a request, or of any request but batches with id 0. Waits at most timeout_ms
  * (FIRE3DV_ERROR_TIMEOUT); 0 only polls. FIRE3DV_ERROR_REFUSED: the renderer refused the request;
  * fire3dv_last_error has the reason. The caller must release the image. */
 FIRE3DV_API int fire3dv_wait_image(fire3dv_stream* stream, uint64_t id, uint32_t timeout_ms,
