@@ -46,7 +46,7 @@ Result<std::unique_ptr<Document>> Document::open(const Options& options, const C
   document->load_.emplace(
       document->scene_path_, options.convert, caches.scenes,
       passes::levels_for(options.draw.levels_of_detail),
-      LoadedLook{wants_key_light(options.key_light, !options.environment.empty()), options.variant},
+      LoadedLook{wants_key_light(options.key_light, lights_by_choice(options)), options.variant},
       [raw = document.get()] { return raw->abandoned_ || stop_was_requested(); });
   return document;
 }
@@ -54,7 +54,7 @@ Result<std::unique_ptr<Document>> Document::open(const Options& options, const C
 std::unique_ptr<SceneLoad> Document::load_again(std::function<bool()> should_stop) {
   return std::make_unique<SceneLoad>(
       scene_path_, options_.convert, cache_, passes::levels_for(options_.draw.levels_of_detail),
-      LoadedLook{wants_key_light(options_.key_light, !options_.environment.empty()), options_.variant},
+      LoadedLook{wants_key_light(options_.key_light, lights_by_choice(options_)), options_.variant},
       [this, stop = std::move(should_stop)] { return abandoned_ || stop_was_requested() || stop(); });
 }
 

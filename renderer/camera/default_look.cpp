@@ -85,9 +85,9 @@ Extent extent_of(const std::vector<glm::vec3>& points, const passes::View& view)
 
 }  // namespace
 
-bool wants_key_light(KeyLight wanted, bool has_environment) {
+bool wants_key_light(KeyLight wanted, bool has_chosen_light) {
   if (wanted != KeyLight::automatic) return wanted == KeyLight::on;
-  return !has_environment;
+  return !has_chosen_light;
 }
 
 CameraStart camera_start(const ViewDefaults& defaults, const scene::Scene& scene, const std::string& camera,

@@ -18,11 +18,11 @@ namespace fire3dv::app {
 
 // Shadow catcher below the scene. automatic: at its lowest point, with the gradient as background.
 enum class GroundMode : uint8_t { automatic, off, height };
-// Key light of scenes that bring no light. automatic: without an environment image.
+// Key light of scenes that bring no light. automatic: without an environment image or lamps beside the lens.
 enum class KeyLight : uint8_t { automatic, on, off };
 
 // True if a scene without lights gets a key light.
-bool wants_key_light(KeyLight wanted, bool has_environment);
+bool wants_key_light(KeyLight wanted, bool has_chosen_light);
 
 // Choices of the user for the start of all views.
 struct ViewDefaults {

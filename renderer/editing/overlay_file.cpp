@@ -61,6 +61,7 @@ Ordered light_text(const scene::Light& light) {
   add("angular_radius", light.angular_radius_rad, usual.angular_radius_rad);
   add("inner_cone", light.inner_cone_rad, usual.inner_cone_rad);
   add("outer_cone", light.outer_cone_rad, usual.outer_cone_rad);
+  add("spread", light.spread, usual.spread);
   if (!light.casts_shadow) text["casts_shadow"] = false;
   return text;
 }
@@ -228,12 +229,13 @@ scene::Light read_light(const Json& object, const std::string& location) {
   members.number_into("angular_radius", light.angular_radius_rad, 0, kMaxConeRad);
   members.number_into("inner_cone", light.inner_cone_rad, 0, kMaxConeRad);
   members.number_into("outer_cone", light.outer_cone_rad, 0, kMaxConeRad);
+  members.number_into("spread", light.spread, 0, scene::kMaxLightSpread);
   if (light.type == scene::LightType::spot && light.inner_cone_rad >= light.outer_cone_rad)
     throw Fault(location + ".inner_cone is not less than outer_cone");
   if (const Json* const shadow = members.find("casts_shadow"))
     light.casts_shadow = truth(*shadow, location + ".casts_shadow");
   members.refuse_others({"type", "color", "intensity", "range", "radius", "angular_radius", "inner_cone",
-                         "outer_cone", "casts_shadow"});
+                         "outer_cone", "spread", "casts_shadow"});
   return light;
 }
 

@@ -269,6 +269,7 @@ std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const
                          .has_history = has_history(request),
                          .replaced = replaced_memory(histories_, batch),
                          .lens = !used_lens(first).is_pinhole(),
+                         .distorts = has_lens(first.camera),
                          .in_motion = first.camera.in_motion,
                          .refines = refines},
                         &shortage);
@@ -281,8 +282,7 @@ std::optional<passes::PreparedFrame> ImageBatchRenderer::prepare(std::span<const
   }
   const bool has_room = has_room_for([&] {
     if (has_lens(first.camera))
-      lens_.make_room(first.camera.pinhole,
-                      {first.camera.intrinsics, first.camera.lens, drawn_outputs(request)});
+      lens_.make_room(first.camera.pinhole, distortion_of(first.camera, drawn_outputs(request)));
     readback_.make_room(read_back_bytes(request, views));
   });
   if (has_room) return *prepared;
@@ -329,7 +329,8 @@ void ImageBatchRenderer::record(const passes::PreparedFrame& prepared, gpu::Reco
   tag.taken.color_srgb8 = outputs.has(wire::kColorSrgb8);
   if (wants_boxes(first)) tag.taken.boxes = moment.boxes;
   if (has_lens(batch[0].camera)) {
-    read_back_through_lens(recorder, staging, batch[0].camera, outputs, std::move(tag));
+    read_back_through_lens(recorder, staging, batch[0].camera, {outputs, views[0], moment.poses},
+                           std::move(tag));
   } else {
     read_back(recorder, outputs, std::move(tag));
   }
@@ -345,19 +346,33 @@ void ImageBatchRenderer::read_back(gpu::Recorder& recorder, const passes::ImageO
   readback_.record(recorder, image, renderer_.image().extent, planes, std::move(tag));
 }
 
+passes::LensPass::Wanted ImageBatchRenderer::distortion_of(const ImageCamera& camera,
+                                                           const passes::ImageOutputs& outputs) const {
+  const settings::OpticsSettings& optics = renderer_.settings().draw().post.optics;
+  return {camera.intrinsics, camera.lens, outputs, optics.mask_radius, optics.mask_cut, optics.any()};
+}
+
 void ImageBatchRenderer::read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging,
-                                                const ImageCamera& camera,
-                                                const passes::ImageOutputs& outputs, Tag&& tag) {
+                                                const ImageCamera& camera, const Distorted& image,
+                                                Tag&& tag) {
+  const passes::ImageOutputs& outputs = image.outputs;
   passes::LensPass::Source source{camera.pinhole, nullptr, nullptr, {}};
-  if (outputs.has(wire::kColorSrgb8)) source.color = &renderer_.image();
+  const bool has_color = outputs.has(wire::kColorSrgb8);
+  if (has_color) source.light = renderer_.undeveloped_light();
+  if (has_color && !source.light) source.color = &renderer_.image();
   if (outputs.has_planes()) {
     source.planes = &renderer_.planes();
     source.places = renderer_.plane_ranges();
   }
-  lens_.record(recorder, staging, source, {camera.intrinsics, camera.lens, outputs});
+  lens_.record(recorder, staging, source, distortion_of(camera, outputs));
   tag.taken.ranges = lens_.places();
-  readback_.record(recorder, nullptr, extent_of(camera.intrinsics.image_px),
-                   {&lens_.result(), lens_.result_bytes()}, std::move(tag));
+  const VkExtent2D extent = extent_of(camera.intrinsics.image_px);
+  gpu::Image* const developed =
+      source.light ? &renderer_.develop(recorder, staging, lens_.light(), extent, image.view, image.poses)
+                   : nullptr;
+  gpu::ReadbackRing<Tag>::Planes planes;
+  if (lens_.result_bytes() > 0) planes = {&lens_.result(), lens_.result_bytes()};
+  readback_.record(recorder, developed, extent, planes, std::move(tag));
 }
 
 std::vector<passes::CameraHistory> ImageBatchRenderer::take_histories(std::span<const WorkItem> batch) {

@@ -138,8 +138,16 @@ class ImageBatchRenderer {
   void record(const passes::PreparedFrame& prepared, gpu::Recorder& recorder, gpu::StagingRing& staging,
               std::span<const WorkItem> batch, const Moment& moment);
   void read_back(gpu::Recorder& recorder, const passes::ImageOutputs& outputs, Tag&& tag);
+  passes::LensPass::Wanted distortion_of(const ImageCamera& camera,
+                                         const passes::ImageOutputs& outputs) const;
+  // The pinhole image that a lens distorts.
+  struct Distorted {
+    const passes::ImageOutputs& outputs;
+    const passes::View& view;
+    const state::PoseState& poses;
+  };
   void read_back_through_lens(gpu::Recorder& recorder, gpu::StagingRing& staging, const ImageCamera& camera,
-                              const passes::ImageOutputs& outputs, Tag&& tag);
+                              const Distorted& image, Tag&& tag);
   std::vector<passes::CameraHistory> take_histories(std::span<const WorkItem> batch);
   void store_histories(std::span<const WorkItem> batch, std::vector<passes::CameraHistory>&& histories);
 

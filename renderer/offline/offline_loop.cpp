@@ -63,7 +63,8 @@ Result<std::unique_ptr<RecordingScene>> RecordingScene::open(const app::Options&
   }
   scene->load_.emplace(
       path, options.convert, cache, passes::levels_for(options.draw.levels_of_detail),
-      app::LoadedLook{app::wants_key_light(options.key_light, !options.environment.empty()), options.variant},
+      app::LoadedLook{app::wants_key_light(options.key_light, app::lights_by_choice(options)),
+                      options.variant},
       std::move(should_stop));
   return scene;
 }

@@ -111,7 +111,8 @@ void ScenePasses::expect_shading(const RendererSettings& settings, const scene::
   // too long to precompile that variant.
   if (!gpu::uses_cpu_variants(device)) visibility->expect(shading);
   shading.shadows = shadow_mode(settings, technique.method == settings::ShadowMethod::ray);
-  const std::vector<scene::PlacedLight> lights = drawn_lights(scene, nullptr, shared.sun);
+  const std::vector<scene::PlacedLight> lights =
+      drawn_lights(scene, nullptr, {settings.draw().lamps.count, shared.sun});
   shading.tests_maps = settings.shadows_on() && technique.hybrid && !lights.empty() && !any_soft(lights);
   visibility->expect(shading);
 }
@@ -121,9 +122,11 @@ SceneUses ScenePasses::uses_of(const RendererSettings& settings, const scene::Sc
   const bool hits_surfaces = path_tracer || ray_effects;
   // Maps save most rays, except those to soft lights.
   const bool has_few_rays =
-      !hits_surfaces && technique.hybrid && !any_soft(drawn_lights(scene, nullptr, shared.sun));
+      !hits_surfaces && technique.hybrid &&
+      !any_soft(drawn_lights(scene, nullptr, {settings.draw().lamps.count, shared.sun}));
   SceneUses uses;
   uses.sun = shared.sun;
+  uses.lamps = settings.draw().lamps.count;
   uses.anisotropy = settings.draw().anisotropy;
   uses.rays = has_few_rays ? gpu::Rays::few : gpu::Rays::many;
   uses.path_traced = path_tracer != nullptr;
@@ -196,6 +199,13 @@ void ScenePasses::allocate(const RendererSettings& settings, const FrameRequest&
       }
     }
   }
+  if (plan.sensor) {
+    if (!sensor) sensor = std::make_unique<SensorPass>(device, settings.samples(), path_tracer != nullptr);
+    settings::PostSettings post_settings = settings.draw().post;
+    if (!plan.bloom) post_settings.bloom = 0;
+    sensor->allocate(targets, nullptr, post_settings);
+  }
+  if (plan.mask_planes && !mask_planes) mask_planes = std::make_unique<MaskPlanesPass>(device);
 }
 
 void ScenePasses::expect_common(const RendererSettings& settings, const FramePlan& plan,
@@ -286,7 +296,7 @@ Frame::Frame(const FrameSource& source, const FramePlan& plan)
   if (is_bounded && plan.markers) forward_area_ = united(forward_area_, passes_.markers.bounds());
   if (!plan.tone_map) return;  // shading tone-maps all pixels
   // Effects need the samples of all pixels.
-  const bool has_effects = plan.metering || plan.bloom || plan.depth_of_field;
+  const bool has_effects = plan.metering || plan.bloom || plan.depth_of_field || plan.sensor;
   const bool is_partial = is_bounded && !has_effects &&
                           passes_.visibility->tone_maps_other_pixels(source.gpu_scene, plan.ray_effects);
   hdr_area_ = is_partial ? forward_area_ : whole_area();
@@ -361,6 +371,11 @@ void Frame::write_planes(std::span<CameraHistory> histories) {
        source_.settings.draw().label_alpha, source_.edits, source_.request.flow_from.get(),
        source_.request.keeps_surfaces, has_common_dispatches()},
       histories);
+}
+
+void Frame::mask_planes() {
+  passes_.mask_planes->record(recorder_, passes_.outputs->planes(), passes_.outputs->places(),
+                              source_.request.extent, source_.settings.draw().post.optics);
 }
 
 void Frame::draw_debug_view() {
@@ -471,10 +486,19 @@ void Frame::post_process() {
   if (plan_.metering && !(source_.views[0].exposure > 0))
     metered = passes_.light_meter->record(recorder_, source_.targets, post.exposure, sums);
   if (plan_.bloom) passes_.bloom->record(recorder_, source_.targets, post.exposure, metered, sums);
-  if (plan_.path_resolve) {
+  if (plan_.path_resolve && (!plan_.sensor || linear.buffer))
     passes_.path_tracer->resolve(recorder_, source_.targets, post, linear, metered);
+  if (plan_.sensor) {
+    if (!plan_.path_resolve && linear.buffer)
+      passes_.post.record(recorder_, source_.targets, post, linear, metered, {});
+    const View& view = source_.views[0];
+    const SensorPass::Source light{view, source_.poses_of(view).sim_time_ns(), post, metered, sums};
+    passes_.sensor->record_light(recorder_, source_.staging, source_.targets, light);
+    if (!source_.request.distorts)
+      passes_.sensor->develop(recorder_, source_.staging, source_.targets, light);
     return;
   }
+  if (plan_.path_resolve) return;
   passes_.post.record(recorder_, source_.targets, post, linear, metered, hdr_area_);
 }
 

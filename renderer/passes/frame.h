@@ -21,6 +21,7 @@
 #include "renderer/passes/post/depth_of_field_pass.h"
 #include "renderer/passes/post/light_meter_pass.h"
 #include "renderer/passes/post/post_pass.h"
+#include "renderer/passes/post/sensor_pass.h"
 #include "renderer/passes/ray_effects/ray_effects_pass.h"
 #include "renderer/passes/renderer_settings.h"
 #include "renderer/passes/resources/edit_uploader.h"
@@ -94,6 +95,8 @@ struct ScenePasses {
   std::unique_ptr<LightMeterPass> light_meter;  // created on first use, like bloom
   std::unique_ptr<BloomPass> bloom;
   std::unique_ptr<DepthOfFieldPass> depth_of_field;
+  std::unique_ptr<SensorPass> sensor;
+  std::unique_ptr<MaskPlanesPass> mask_planes;
   std::unique_ptr<PathPass> path_tracer;        // null: raster
   std::unique_ptr<RayEffectsPass> ray_effects;  // null: not in the settings, or not supported
   std::unique_ptr<Inspector> inspector;         // created on first use
@@ -140,6 +143,7 @@ class Frame {
   // Steps in their order; see SceneRenderer::record.
   void rasterise();
   void write_planes(std::span<CameraHistory> histories);
+  void mask_planes();
   void draw_debug_view();
   void merge_coverage();
   void trace_ray_effects();

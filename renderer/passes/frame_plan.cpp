@@ -8,7 +8,7 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   // Forward draws continue the samples of compute shading.
   const bool has_markers = facts.has_markers && views == 1;
   const bool can_have_effects = views == 1 && outputs.has(wire::kColorSrgb8);
-  const bool has_effects = can_have_effects && (facts.bloom || facts.metered);
+  const bool has_effects = can_have_effects && (facts.bloom || facts.metered || facts.has_optics);
   const bool draws_samples = facts.has_forward_only || has_markers;
   const bool has_lens = views == 1 && outputs.shaded() && facts.depth_of_field;
   const bool needs_samples = draws_samples || has_effects || has_lens;
@@ -45,6 +45,8 @@ FramePlan plan_frame(const FrameFacts& facts, const ImageOutputs& outputs, const
   const bool shows_light = can_have_effects && (plan.shading || plan.path_resolve);
   plan.metering = facts.metered && shows_light;
   plan.bloom = facts.bloom && shows_light;
+  plan.sensor = facts.has_optics && shows_light;
+  plan.mask_planes = facts.has_mask && views == 1 && outputs.has_planes();
   plan.hdr_samples = plan.compute_shading && (needs_samples || outputs.has(wire::kColorLinearF16));
   if (!plan.shading) return plan;
   plan.fxaa_only = views > 1;

@@ -29,6 +29,8 @@ struct FrameFacts {
   bool bloom = false;              // of the post settings
   bool metered = false;            // exposure, of the post settings
   bool depth_of_field = false;     // a lens of the post settings or of a camera, and the device can blur
+  bool has_optics = false;         // of the post settings
+  bool has_mask = false;           // content mask of the optics, on an image without distortion
 };
 
 struct FramePlan {
@@ -55,6 +57,8 @@ struct FramePlan {
   bool depth_of_field = false;   // blurs the HDR samples of a camera with a lens
   bool metering = false;         // exposure from HDR samples or path-traced sums
   bool bloom = false;            // blurred light, from HDR samples or path-traced sums
+  bool sensor = false;           // optics and sensor of the camera, instead of tone mapping
+  bool mask_planes = false;      // empties planes beyond the content mask
   bool fxaa_only = false;        // FXAA on the pixels that compute shading has tone-mapped
   // Other outputs.
   bool surface_planes = false;

@@ -37,6 +37,9 @@ struct FrameRequest {
   // The view has a lens, which may be new since set_scene(). begin_next() sees it by itself; images of
   // several views have none.
   bool lens = false;
+  // Of a camera with distortion: optics and sensor follow it, see SceneRenderer::develop(). image() has no
+  // colours of such an image with optics, and planes no content mask.
+  bool distorts = false;
   // The view or the scene moves, and another image follows at rest: see SceneRenderer::reduces_motion().
   bool in_motion = false;
   // Paths: trace_paths() goes on with the last such image while it stays the same; see there.

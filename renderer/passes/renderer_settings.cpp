@@ -40,7 +40,12 @@ RendererSettings::RendererSettings(const gpu::Device& device, const settings::Dr
                        can_trace_ray_effects(device, path_ == settings::RasterPath::visibility)),
       refracts_(can_refract(settings)) {
   draw_.environment.reset();
-  if (traces_paths()) draw_.post.fxaa = false;
+  drop_fxaa();
+}
+
+// Paths have no jagged edges, and a sensor takes the mean light of its pixels, with noise that stays.
+void RendererSettings::drop_fxaa() {
+  if (traces_paths() || draw_.post.optics.any()) draw_.post.fxaa = false;
 }
 
 bool RendererSettings::has_visibility_buffer() const {
@@ -69,9 +74,8 @@ void RendererSettings::apply(const settings::DrawSettings& settings) {
   copy_applicable(settings, draw_);
   shadows_on_ = settings.shadows.method != settings::ShadowMethod::off;
   draw_.ray_effects.occlusion_distance_m = settings.ray_effects.occlusion_distance_m;
-  if (!traces_paths()) return;
-  draw_.post.fxaa = false;
-  if (settings.path) draw_.path = settings.path;
+  drop_fxaa();
+  if (traces_paths() && settings.path) draw_.path = settings.path;
 }
 
 bool RendererSettings::needs_new_renderer(const settings::DrawSettings& settings) const {
@@ -96,7 +100,7 @@ bool RendererSettings::needs_new_renderer(const settings::DrawSettings& settings
                              choose_shadow_technique(device_, settings.shadows, compute) != shadow_technique_;
   return settings.path.has_value() != traces_paths() || path != path_ || other_shadows ||
          choose_samples(device_, path, settings.samples) != samples_ ||
-         settings.anisotropy != draw_.anisotropy ||
+         settings.anisotropy != draw_.anisotropy || settings.lamps.count != draw_.lamps.count ||
          (!uses_studio_ && settings.environment_sun != draw_.environment_sun);
 }
 
@@ -124,14 +128,16 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
     // Edits may show hidden nodes in the recorded frame.
     const bool has_effects = ((draw_.post.reads_samples() || traces_ray_effects(scene.refracts)) &&
                               outputs.has(wire::kColorSrgb8)) ||
-                             (has_depth_of_field(scene) && outputs.shaded());
+                             ((has_depth_of_field(scene) || draw_.lamps.count > 0) && outputs.shaded()) ||
+                             (draw_.post.optics.mask_radius > 0 && outputs.has_planes());
     const bool alone =
         path_ != settings::RasterPath::visibility || scene.may_have_forward_only || has_effects;
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, no bloom, no metered exposure, no ray effects, no lens and no linear colours: take one "
-          "after the other"};
+          "points, no bloom, no metered exposure, no optics or lamps of the camera, no ray effects, no lens "
+          "and "
+          "no linear colours: take one after the other"};
     if (outputs.has(wire::kAmodal)) return Error{"silhouettes are drawn for one camera at a time"};
   }
   if (!outputs.has_planes()) return {};

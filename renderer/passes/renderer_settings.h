@@ -62,6 +62,7 @@ class RendererSettings {
  private:
   // What a visibility buffer needs that this raster path lacks, for messages.
   std::string without_visibility_buffer() const;
+  void drop_fxaa();
   bool can_refract(const settings::DrawSettings& settings) const;
 
   const gpu::Device& device_;

@@ -9,6 +9,7 @@
 #include "renderer/passes/frame.h"
 #include "renderer/passes/frame_plan.h"
 #include "renderer/passes/outputs/silhouettes.h"
+#include "renderer/passes/resources/lamp_lights.h"
 #include "renderer/passes/resources/scene_parts.h"
 #include "renderer/passes/resources/sun_light.h"
 #include "renderer/passes/resources/target_cache.h"
@@ -35,12 +36,15 @@ SceneRenderer::SceneRenderer(gpu::Device& device, const settings::DrawSettings& 
 SceneRenderer::~SceneRenderer() = default;
 
 void SceneRenderer::apply(const settings::DrawSettings& settings) {
+  const settings::LampSettings lamps_before = settings_.draw().lamps;
   settings_.apply(settings);
   if (motion_settings_) {
     if (const std::optional<settings::DrawSettings> reduced = settings::settings_in_motion(settings))
       motion_settings_->apply(*reduced);
   }
-  if (still_->passes.path_tracer) still_->passes.path_tracer->set(*settings_.draw().path);
+  if (!still_->passes.path_tracer) return;
+  still_->passes.path_tracer->set(*settings_.draw().path);
+  if (settings_.draw().lamps != lamps_before) still_->passes.path_tracer->drop();
 }
 
 bool SceneRenderer::reduces_motion() const {
@@ -78,7 +82,8 @@ void SceneRenderer::set_motion_scene() {
   passes.expect_scene(*motion_settings_, *scene_);
   forget_scene(*moving_);
   passes.shadows.set_scene(*scene_, *gpu_scene_);
-  if (edits_) passes.shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, gpu_scene_->sun));
+  if (edits_)
+    passes.shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, added_lights(*gpu_scene_)));
 }
 
 void SceneRenderer::drop_motion_passes() {
@@ -213,6 +218,7 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
       passes.path_tracer->drop();
     update_scene(recorder, staging, poses, views[0], draws_samples);
   }
+  if (request.outputs.shaded() && !passes.path_tracer) light_lamps(recorder, staging, poses, views);
   const FramePlan plan = plan_frame(facts(request), request.outputs, request.inspection, request.views);
   // Markers that are new since the last image.
   if (plan.markers) {
@@ -251,8 +257,18 @@ void SceneRenderer::record(const PreparedFrame& prepared, gpu::Recorder& recorde
   if (plan.path_resolve) frame.post_process();
   // Tone mapping, resolve and FXAA.
   if (plan.tone_map || plan.linear || plan.fxaa_only) frame.post_process();
+  // Planes beyond the content mask, of which the linear one has been written only now.
+  if (plan.mask_planes) frame.mask_planes();
   // Unresolved pixels and outline, on the finished image.
   if (plan.inspection) frame.draw_overlays();
+}
+
+void SceneRenderer::light_lamps(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses,
+                                std::span<const View> views) {
+  if (gpu_scene_->lamp_count == 0) return;
+  std::vector<glm::vec3> centers;
+  for (const View& view : views) centers.push_back(scope_center(view, *scene_, *poses[view.world]));
+  place_lamps(recorder, staging, *gpu_scene_, settings_.draw().lamps, views, centers);
 }
 
 void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging, PosesOfWorlds poses,
@@ -265,7 +281,8 @@ void SceneRenderer::update_scene(gpu::Recorder& recorder, gpu::StagingRing& stag
       if (!images) continue;
       ShadowPass& shadows = images->passes.shadows;
       if (changed.visibility) shadows.choose_planar_casters(*scene_, *gpu_scene_);
-      if (changed.lights) shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, gpu_scene_->sun));
+      if (changed.lights)
+        shadows.set_lights_or_drop_shadows(drawn_lights(*scene_, edits_, added_lights(*gpu_scene_)));
     }
     if (changed.vertices) shared_->deform.invalidate_vertices();
   }
@@ -312,18 +329,25 @@ bool SceneRenderer::trace_paths(const PreparedFrame& prepared, const state::Pose
       request.scene == SceneUpdate::reuse || shared_->traced_scene.equals(poses, edit_revisions());
   const bool goes_on = request.refines && (passes.path_tracer->has_begun(globals.width, globals.height) ||
                                            (is_same_scene && passes.path_tracer->is_current(globals, view)));
+  gpu::FrameRing& ring = passes.path_tracer->submissions();
+  const state::PoseState* const world = &poses;
+  const std::span<const View> views(&view, 1);
   if (!goes_on) {
     if (!is_same_scene) passes.path_tracer->drop();
-    gpu::FrameRing& ring = passes.path_tracer->submissions();
     gpu::Recorder& recorder = ring.begin();
-    const state::PoseState* const world = &poses;
     update_scene(recorder, ring.staging(), std::span(&world, 1), view, false);
+    light_lamps(recorder, ring.staging(), std::span(&world, 1), views);
     passes.shadows.upload_changes(recorder, ring.staging());
     record_acceleration_structures(recorder);
     // The edits of this update may have replaced buffers.
     passes.path_tracer->begin(recorder, globals_of(), view, hooks.resume);
     (void)ring.submit();
     shared_->traced_scene.set(poses, edit_revisions());
+  } else if (gpu_scene_->lamp_count > 0) {
+    // Images of other cameras may have placed them since.
+    gpu::Recorder& recorder = ring.begin();
+    light_lamps(recorder, ring.staging(), std::span(&world, 1), views);
+    (void)ring.submit();
   }
   return passes.path_tracer->trace(*gpu_scene_, hooks);
 }
@@ -365,6 +389,8 @@ FrameFacts SceneRenderer::facts(const FrameRequest& request) const {
   facts.bloom = settings.draw().post.bloom > 0;
   facts.metered = settings.draw().post.metered;
   facts.depth_of_field = settings.has_depth_of_field(limits_, request.lens);
+  facts.has_optics = settings.draw().post.optics.any();
+  facts.has_mask = settings.draw().post.optics.mask_radius > 0 && !request.distorts;
   return facts;
 }
 
@@ -418,6 +444,17 @@ gpu::Buffer& SceneRenderer::flow() {
 
 const std::vector<PlaneRange>& SceneRenderer::plane_ranges() const {
   return drawn_->passes.outputs->places();
+}
+
+gpu::Buffer* SceneRenderer::undeveloped_light() {
+  return settings_.draw().post.optics.any() ? &drawn_->passes.sensor->light() : nullptr;
+}
+
+gpu::Image& SceneRenderer::develop(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Buffer& light,
+                                   VkExtent2D extent, const View& view, const state::PoseState& poses) {
+  const settings::PostSettings& post = drawn_->settings.draw().post;
+  return drawn_->passes.sensor->develop(recorder, staging, light, extent,
+                                        {view, poses.sim_time_ns(), post, {}, nullptr});
 }
 
 VkExtent2D SceneRenderer::extent() const {

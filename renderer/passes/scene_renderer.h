@@ -133,6 +133,13 @@ class SceneRenderer {
   void draw_stale_overlay(gpu::Recorder& recorder, state::Condition condition);
 
   gpu::Image& image();
+  // Light of the last image with FrameRequest::distorts, before the sensor: eight bytes a pixel, see
+  // gpu_types::SensorRecord. Null: the settings have no optics, and image() has its colours.
+  gpu::Buffer* undeveloped_light();
+  // Optics and sensor for that light after its distortion, of any size. The image is valid until the next
+  // call. view: of the image that had the light.
+  gpu::Image& develop(gpu::Recorder& recorder, gpu::StagingRing& staging, gpu::Buffer& light,
+                      VkExtent2D extent, const View& view, const state::PoseState& poses);
   gpu::Buffer& planes();
   const std::vector<PlaneRange>& plane_ranges() const;
   gpu::Buffer& flow();        // of the last image with FrameRequest::flow_from, see FlowPass::result()
@@ -174,6 +181,9 @@ class SceneRenderer {
   // view: of the first image.
   void update_scene(gpu::Recorder& recorder, gpu::StagingRing& staging,
                     std::span<const state::PoseState* const> poses, const View& view, bool draws_forward);
+  // Of the lamps beside the lens.
+  void light_lamps(gpu::Recorder& recorder, gpu::StagingRing& staging,
+                   std::span<const state::PoseState* const> poses, std::span<const View> views);
   void build_acceleration_structures(gpu::Recorder& recorder);
   void record_acceleration_structures(gpu::Recorder& recorder);
   scene::EditRevisions edit_revisions() const;

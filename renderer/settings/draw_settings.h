@@ -40,6 +40,7 @@ struct DrawSettings {
   float environment_rotation_rad = 0;  // about +Y, counter-clockwise seen from above
   Background background;
   PostSettings post;
+  LampSettings lamps;
   RayEffectSettings ray_effects;  // of raster images, on devices that trace rays; see can_trace_ray_effects()
   std::optional<PathSettings> path;  // colours by path tracing; the device must support it. nullopt: raster
   float label_alpha = 0.5f;         // blended surfaces with more alpha are in labels, depth and boxes; 0 to 1

@@ -1,7 +1,9 @@
-// Draw settings of post-processing: exposure, tone mapping, FXAA, bloom, and the lens of raster images.
+// Draw settings of post-processing: exposure, tone mapping, FXAA, bloom, the lens of raster images, optics
+// and sensor.
 #pragma once
 
 #include "renderer/scene/model/appearance.h"
+#include "renderer/settings/optics_settings.h"
 
 namespace fire3dv::settings {
 
@@ -16,8 +18,9 @@ struct PostSettings {
   bool fxaa = true;
   float bloom = 0;       // share of blurred light, 0 to 1; 0: no bloom passes
   scene::ThinLens lens;  // of rasterised images, see lens_of()
+  OpticsSettings optics;
   // True for effects that read the samples of all pixels before tone mapping.
-  bool reads_samples() const { return metered || bloom > 0; }
+  bool reads_samples() const { return metered || bloom > 0 || optics.any(); }
 };
 
 }  // namespace fire3dv::settings

@@ -449,6 +449,56 @@ DrawSetting lens_number(const NumberRange& range, float scene::ThinLens::*value)
   return row;
 }
 
+// --- presets of the camera ---
+
+// Settings of a preset, by name and value. Sources: docs/endoscope.md.
+constexpr std::pair<const char*, const char*> kEndoscope[] = {
+    {"lamps", "2"},           {"lamp-intensity", "1"},
+    {"lamp-spread", "2.767"}, {"lamp-offset", "3.8"},
+    {"vignette", "2"},        {"mask-radius", "1.15"},
+    {"mask-cut", "0.96"},     {"aberration", "0.0015"},
+    {"response", "2.2"},      {"fog", "0.05"},
+    {"fog-blur", "4"},        {"fog-veil", "0.2"},
+    {"full-well", "10000"},   {"read-noise", "4"},
+    {"prnu", "0.5"},          {"dsnu", "2"},
+    {"exposure", "metered"},  {"bloom", "0.03"},
+    {"background", "000000"}, {"environment-intensity", "0"},
+    {"f-number", "34"},       {"focus-distance", "0.055"},
+};
+
+// Also sets the settings that belong to it.
+DrawSetting camera_preset() {
+  DrawSetting row;
+  row.kind = SettingKind::choice;
+  row.names = {"none", "endoscope"};
+  row.value_name = "NAME";
+  row.is_preset = true;
+  row.text = [](const DrawSettings& draw) {
+    DrawSettings with_preset = draw;
+    for (const auto& [name, value] : kEndoscope) (void)draw_setting(name).set(value, with_preset);
+    const bool is_set = std::all_of(std::begin(kEndoscope), std::end(kEndoscope), [&](const auto& value) {
+      return draw_setting(value.first).is_same(draw, with_preset);
+    });
+    return std::string(is_set ? "endoscope" : "none");
+  };
+  row.set = [names = row.names](const std::string& text, DrawSettings& draw) {
+    if (text != "none" && text != "endoscope") return list_text(text + " is not ", names);
+    const DrawSettings defaults = default_settings();
+    for (const auto& [name, value] : kEndoscope) {
+      const DrawSetting& setting = draw_setting(name);
+      if (text == "none")
+        setting.copy(defaults, draw);
+      else
+        (void)setting.set(value, draw);
+    }
+    set_lens(draw.post.lens, draw);  // the defaults trace no paths
+    return std::string();
+  };
+  row.is_same = [](const DrawSettings&, const DrawSettings&) { return true; };
+  row.copy = [](const DrawSettings&, DrawSettings&) {};
+  return row;
+}
+
 // Adds rows of a group to the table.
 class Rows {
  public:
@@ -472,10 +522,93 @@ constexpr int kByPrograms = kByCommandLine | kByDrake;
 
 std::vector<DrawSetting> make_table() {
   std::vector<DrawSetting> table;
-  Rows environment(table, SettingGroup::environment);
+  // First, so that options beside the preset win.
+  Rows optics(table, SettingGroup::optics);
   DrawSetting* row =
-      &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
-                       kByPrograms | kByWindow, number({0, kInfinity}, FIELD(environment_intensity)));
+      &optics.add("camera-preset", "endoscope: sets lamps, mask, sensor and more (manual)",
+                  Invalidates::renderer, kByPrograms | kByWindow | kByBrowser, camera_preset());
+  row->controls = {{"Camera",
+                    "Sets lamps, lens, mask, exposure and sensor; each can be changed after it",
+                    {"plain", "endoscope"}}};
+  const auto add_number = [&](const char* name, const char* value_name, const char* help,
+                              Invalidates invalidates, const NumberRange& range, auto field) -> DrawSetting& {
+    DrawSetting& added = optics.add(name, help, invalidates, kByPrograms | kByWindow, number(range, field));
+    added.value_name = value_name;
+    return added;
+  };
+  row = &optics.add("lamps", "lamps beside the lens, 0 to 8", Invalidates::renderer, kByPrograms | kByWindow,
+                    count(0, 8, FIELD(lamps.count)));
+  row->controls = {{"Lamps", "Beside the lens, fixed to the camera", {}, 0, 8, "%.0f"}};
+  const auto has_lamps = [](const DrawSettings& draw) { return draw.lamps.count > 0; };
+  add_number("lamp-intensity", "CD", "of each lamp, candela", Invalidates::shading, {0, kMaxFinite},
+             FIELD(lamps.intensity_cd))
+      .controls = {shown_if(has_lamps, {"  intensity", "Of each lamp", {}, 0, 100, "%.2f cd", true})};
+  add_number("lamp-spread", "MU", "intensity falls as exp(-MU (1 - cos angle))", Invalidates::shading,
+             {0, 100}, FIELD(lamps.spread))
+      .controls = {shown_if(has_lamps, {"  spread", "0: the same in all directions", {}, 0, 20, "%.2f"})};
+  add_number("lamp-offset", "MM", "millimetres from the axis to the lamps", Invalidates::shading, {0, 1000},
+             FIELD(lamps.offset_mm))
+      .controls = {shown_if(has_lamps, {"  offset", "From the optical axis", {}, 0, 20, "%.1f mm"})};
+  add_number("vignette", "K", "light falls as cos^K off the axis, 0 to 16", Invalidates::post, {0, 16},
+             FIELD(post.optics.vignette))
+      .controls = {{"Vignette", "Exponent of the cosine off the axis; 4: a simple lens", {}, 0, 8, "%.1f"}};
+  add_number("mask-radius", "R", "content mask, in halves of the height; 0: none", Invalidates::post, {0, 4},
+             FIELD(post.optics.mask_radius))
+      .controls = {{"Content mask", "Radius in halves of the image's height; 0: none", {}, 0, 2, "%.2f"}};
+  add_number("mask-cut", "C", "cuts the mask above and below; 0: a whole disc", Invalidates::post, {0, 4},
+             FIELD(post.optics.mask_cut))
+      .controls = {shown_if([](const DrawSettings& draw) { return draw.post.optics.mask_radius > 0; },
+                            {"  cut", "Half the height that is left; 0: a whole disc", {}, 0, 2, "%.2f"})};
+  add_number("aberration", "A", "lateral colour: size of red 1 + A, of blue 1 - A", Invalidates::post,
+             {-0.1f, 0.1f}, FIELD(post.optics.aberration))
+      .controls = {{"Lateral colour", "Size of red over green, less 1", {}, -0.01f, 0.01f, "%.4f"}};
+  add_number("response", "GAMMA", "response curve x^(1/GAMMA); 0: tone mapping", Invalidates::post, {0, 10},
+             FIELD(post.optics.response))
+      .controls = {{"Response", "x^(1 / gamma) instead of tone mapping; 0: off", {}, 0, 4, "gamma %.2f"}};
+  add_number("fog", "C", "share of the window that is fogged, 0 to 1", Invalidates::post, {0, 1},
+             FIELD(post.optics.fog))
+      .controls = {{"Fog", "Share of the window that is fogged", {}, 0, 1, "%.2f"}};
+  const auto has_fog = [](const DrawSettings& draw) { return draw.post.optics.fog > 0; };
+  add_number("fog-blur", "DEG", "standard deviation of the fog's blur", Invalidates::post, {0.1f, 45},
+             FIELD(post.optics.fog_blur_deg))
+      .controls = {shown_if(has_fog, {"  fog blur", nullptr, {}, 0.5f, 20, "%.1f \u00b0"})};
+  add_number("fog-veil", "V", "share of fogged light spread over the image", Invalidates::post, {0, 1},
+             FIELD(post.optics.fog_veil))
+      .controls = {shown_if(
+      has_fog, {"  fog veil", "Share of its light that is over all of the image", {}, 0, 1, "%.2f"})};
+  add_number("drops", "C", "share of the window under drops, 0 to 0.4", Invalidates::post, {0, 0.4f},
+             FIELD(post.optics.drops))
+      .controls = {{"Drops", "Share of the window under drops", {}, 0, 0.4f, "%.2f"}};
+  add_number("drop-size", "DEG", "largest diameter of drops as seen", Invalidates::post, {0.5f, 90},
+             FIELD(post.optics.drop_size_deg))
+      .controls = {shown_if([](const DrawSettings& draw) { return draw.post.optics.drops > 0; },
+                            {"  drop size", nullptr, {}, 1, 40, "%.1f \u00b0"})};
+  add_number("full-well", "E", "electrons of a full pixel; 0: no sensor noise", Invalidates::post,
+             {0, kMaxFinite}, FIELD(post.optics.full_well))
+      .controls = {{"Full well", "Electrons of a full pixel; 0: no noise", {}, 0, 100'000, "%.0f e", true}};
+  const auto has_noise = [](const DrawSettings& draw) { return draw.post.optics.full_well > 0; };
+  add_number("read-noise", "E", "standard deviation in the dark, electrons", Invalidates::post, {0, 10'000},
+             FIELD(post.optics.read_noise))
+      .controls = {shown_if(has_noise, {"  read noise", nullptr, {}, 0, 100, "%.1f e", true})};
+  add_number("dark-signal", "E", "mean in the dark, electrons", Invalidates::post, {0, kMaxFinite},
+             FIELD(post.optics.dark_signal))
+      .controls = {shown_if(has_noise, {"  dark signal", nullptr, {}, 0, 1000, "%.0f e", true})};
+  add_number("prnu", "PERCENT", "deviation of the pixels' sensitivities", Invalidates::post, {0, 100},
+             FIELD(post.optics.prnu_percent))
+      .controls = {shown_if(has_noise, {"  PRNU", "Of the pixels' sensitivities", {}, 0, 5, "%.2f %%"})};
+  add_number("dsnu", "E", "deviation of the pixels' dark signals, electrons", Invalidates::post, {0, 10'000},
+             FIELD(post.optics.dsnu))
+      .controls = {
+      shown_if(has_noise, {"  DSNU", "Of the pixels' dark signals", {}, 0, 100, "%.1f e", true})};
+  row = &optics.add("noise-seed", "seed of sensor noise and drops", Invalidates::post,
+                    kByPrograms | kByWindow, count(0, UINT32_MAX, FIELD(post.optics.noise_seed)));
+  row->controls = {shown_if(
+      [](const DrawSettings& draw) { return draw.post.optics.full_well > 0 || draw.post.optics.drops > 0; },
+      {"  seed", "Of noise and drops", {}, 0, 1000, "%.0f"})};
+
+  Rows environment(table, SettingGroup::environment);
+  row = &environment.add("environment-intensity", "factor on its light", Invalidates::shading,
+                         kByPrograms | kByWindow, number({0, kInfinity}, FIELD(environment_intensity)));
   row->controls = {{"Environment", "Factor on its light", {}, 0, 8, "%.2f x"}};
   row = &environment.add("environment-rotation", "degrees, counter-clockwise", Invalidates::shading,
                          kByPrograms | kByWindow, environment_rotation());
@@ -608,6 +741,12 @@ std::vector<DrawSetting> make_table() {
       .value_name = "auto|full";
   for (DrawSetting& each : table) {
     if (each.group == SettingGroup::raster) each.needs_raster = true;
+    // Of a camera without optics and lamps, the panel has the preset alone.
+    if (each.group == SettingGroup::optics && !each.is_preset)
+      for (SettingControl& control : each.controls)
+        control.is_shown = [inner = control.is_shown](const DrawSettings& draw) {
+          return (draw.post.optics.any() || draw.lamps.count > 0) && (!inner || inner(draw));
+        };
     for (SettingControl& control : each.controls)
       if (!control.set) control = control_of(std::move(control), each);
   }

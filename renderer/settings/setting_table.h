@@ -34,7 +34,7 @@ enum SettingUser : uint8_t {
 };
 
 // Sections of the table, in its order.
-enum class SettingGroup : uint8_t { environment, image, paths, raster };
+enum class SettingGroup : uint8_t { optics, environment, image, paths, raster };
 
 enum class SettingKind : uint8_t {
   choice,  // one of DrawSetting::names
@@ -77,6 +77,7 @@ struct DrawSetting {
   bool shows_default = true;              // in --help
   bool needs_paths = false;               // has no effect without path tracing
   bool needs_raster = false;              // has no effect on path-traced images
+  bool is_preset = false;                 // sets other rows, and has no value of its own
   std::vector<SettingControl> controls;   // of windows and pages, where these may set it
 
   std::function<std::string(const DrawSettings&)> text;

@@ -380,13 +380,13 @@ void WindowView::record_large_screenshot(gpu::Recorder& recorder, gpu::StagingRi
   const passes::View whole = borrowed_.camera.view(borrowed_.poses, aspect);
   // Depth of field has the focal length of the whole image, and wide circles.
   const bool blurs = !(post.lens.is_pinhole() && whole.lens.is_pinhole());
-  const bool needs_whole =
-      post.bloom > 0 || post.metered || blurs || view_state.debug_view == settings::DebugView::depth;
+  const bool needs_whole = post.bloom > 0 || post.metered || post.optics.any() || blurs ||
+                           view_state.debug_view == settings::DebugView::depth;
   const uint32_t limit = borrowed_.device.limits().maxImageDimension2D;
   if (needs_whole && std::max(size.x, size.y) > limit) {
     notes_.push_back(error_line(
-        "no screenshot: bloom, metered exposure, depth of field and the depth view need the whole "
-        "image at once, and the device draws " +
+        "no screenshot: bloom, metered exposure, depth of field, optics of the camera and the depth view "
+        "need the whole image at once, and the device draws " +
         std::to_string(limit) + " pixels a side at most; choose a smaller size, or switch them off"));
     return;
   }

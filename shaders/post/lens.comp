@@ -6,6 +6,7 @@
 #include "common/halves.glsl"
 #include "common/buffers.glsl"
 #include "common/tone_map.glsl"
+#include "sensor/content_mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform Push { LensPush push; };
@@ -136,8 +137,9 @@ void main() {
   if (pixel.x >= w.width || pixel.y >= w.height) return;
   const uint index = pixel.y * w.width + pixel.x;
   vec2 point;
-  const bool shown = undistort(w, (vec2(pixel) - w.principal_point) / w.focal, point);
-  const vec2 source = shown ? point * w.focal_in + w.principal_point_in : vec2(0);
+  const bool in_field = undistort(w, (vec2(pixel) - w.principal_point) / w.focal, point);
+  const bool shown = in_field && is_in_mask(pixel, uvec2(w.width, w.height), w.mask_radius, w.mask_cut);
+  const vec2 source = in_field ? point * w.focal_in + w.principal_point_in : vec2(0);
   const Around a = around(w, source);
 
   if (w.color_out != 0ul) {
@@ -153,6 +155,14 @@ void main() {
     }
     if (!shown) sum = vec4(0, 0, 0, 1);
     PairOut(w.linear_out).at[index] = pack_halves(sum.xyz, sum.w);
+  }
+  if (w.light_out != 0ul) {
+    vec4 sum = vec4(0);
+    for (int i = 0; i < 4; ++i) {
+      const uvec2 halves = PairRef(w.light_in).at[a.index[i]];
+      sum += a.share[i] * vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+    }
+    PairOut(w.light_out).at[index] = in_field ? pack_halves(sum.xyz, round_to_halves(sum.www).x) : uvec2(0);
   }
   if (w.depth_out != 0ul) FloatOut(w.depth_out).at[index] = shown ? depth_at(w, a) : kInfinity;
   if (w.instance_out != 0ul) WordRef(w.instance_out).at[index] = shown ? UintRef(w.instance_in).at[a.nearest] : 0;

@@ -31,6 +31,8 @@ LightSample sample_light(LightPose light, vec3 position_world) {
   if (light.type == FIRE3DV_LIGHT_SPOT) {
     const float cone = clamp(dot(light.light_direction_world, -result.to_light) * light.cone_scale + light.cone_offset, 0, 1);
     attenuation *= cone * cone;
+  } else if (light.type == FIRE3DV_LIGHT_LAMP) {
+    attenuation *= exp(light.cone_scale * (dot(light.light_direction_world, -result.to_light) - 1));
   }
   result.irradiance = light.color * attenuation;
   result.sine = light.radius_m / max(result.distance_m, light.radius_m + 1e-12);

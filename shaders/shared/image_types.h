@@ -70,6 +70,69 @@ struct BloomUpPush {
   float share_of_level_below;
 };
 
+// Optics and sensor of a camera, of one image. Lengths in pixels of it.
+struct SensorRecord {
+  FIRE3DV_ADDRESS sums;     // PathSum[pixel]; 0: the HDR target
+  FIRE3DV_ADDRESS metered;  // float: exposure; 0: `exposure`
+  // uvec2[pixel]: four half floats: exposed light, and the cosine of the pixel's angle off the axis.
+  FIRE3DV_ADDRESS light;
+  FIRE3DV_ADDRESS fogged;  // the same behind the window with condensation; 0: none
+  FIRE3DV_ADDRESS grid;    // vec4[3][cell]: means of blocks, blurred along rows, blurred
+  FIRE3DV_ADDRESS means;   // vec4[2]: mean light, and its ratio to that of the blurred blocks
+  uint width;
+  uint height;
+  uint samples;
+  float exposure;
+  float bloom;  // share of blurred light
+  // Direction of a pixel's ray as in Globals; in all pixels the axis where there are no rays from one point.
+  vec3 ray_x;
+  vec3 ray_y;
+  vec3 ray_origin;
+  vec3 axis;  // unit
+  float focal_px;
+  // OpticsSettings.
+  float vignette;
+  float mask_radius;
+  float mask_cut;
+  float aberration;
+  float inverse_response;  // 0: tone_map and sRGB
+  uint tone_map;
+  float fog;
+  float fog_veil;
+  float drops;
+  float drop_px;  // diameter of a drop at most
+  uint block;     // pixels along each side of a block
+  uint grid_width;
+  uint grid_height;
+  float blur_cells;  // standard deviation of the fog's blur
+  float full_well;
+  float read_noise;
+  float dark_signal;
+  float prnu;  // share
+  float dsnu;
+  uint seed;
+  uint frame_low;  // hash of moment and view
+  uint frame_high;
+};
+
+struct SensorPush {
+  FIRE3DV_ADDRESS record;  // SensorRecord
+  uint along_rows;         // of the blur
+};
+
+// Planes of a camera with a content mask: pixels beyond it are empty.
+struct MaskPlanesPush {
+  FIRE3DV_ADDRESS plane;
+  uint width;
+  uint height;
+  uint words;  // of a pixel
+  uint first;  // value of the first and of the other words outside
+  uint others;
+  uint last;
+  float mask_radius;
+  float mask_cut;
+};
+
 #define FIRE3DV_BLUR_TILE 8         // pixels along each side of a tile
 #define FIRE3DV_MAX_BLUR_RADIUS 48  // pixels; larger circles of confusion are drawn with it
 

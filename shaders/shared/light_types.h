@@ -8,6 +8,7 @@ FIRE3DV_SHARED_BEGIN
 #define FIRE3DV_LIGHT_DIRECTIONAL 0u
 #define FIRE3DV_LIGHT_POINT 1u
 #define FIRE3DV_LIGHT_SPOT 2u
+#define FIRE3DV_LIGHT_LAMP 3u  // point light with exp(-cone_scale * (1 - cos(angle)))
 
 struct LightRecord {
   vec3 color;     // linear colour times intensity: candela, or lux for a directional light

@@ -83,6 +83,7 @@ struct SilhouettesPush {
 struct LensWanted {
   FIRE3DV_ADDRESS color_in, color_out;    // uint[pixel]: four bytes
   FIRE3DV_ADDRESS linear_in, linear_out;  // uvec2[pixel]: four half floats
+  FIRE3DV_ADDRESS light_in, light_out;    // SensorRecord::light
   FIRE3DV_ADDRESS depth_in, depth_out;
   FIRE3DV_ADDRESS instance_in, instance_out;  // in: also wherever depth is requested
   FIRE3DV_ADDRESS semantic_in, semantic_out;
@@ -99,7 +100,9 @@ struct LensWanted {
   vec4 coefficients;       // first four lens coefficients
   float last_coefficient;
   float largest_radius;
-  uint fisheye;  // 0: plumb_bob
+  uint fisheye;       // 0: plumb_bob
+  float mask_radius;  // as in SensorRecord
+  float mask_cut;
 };
 
 struct LensPush {

@@ -83,12 +83,12 @@ mat3 light_axes(AffineRows world_from_light) {
   return mat3(right, cross(back, right), back);
 }
 
-// Of a light without a node, whose direction alone is known.
-AffineRows turned_to(vec3 light_direction_world) {
+// Of a light without a node: the sun of an environment, or a lamp beside the lens. Right and up are open.
+AffineRows placed_as(LightPose pose) {
   AffineRows world_from_light;
-  world_from_light.row0 = vec4(0, 0, -light_direction_world.x, 0);
-  world_from_light.row1 = vec4(0, 0, -light_direction_world.y, 0);
-  world_from_light.row2 = vec4(0, 0, -light_direction_world.z, 0);
+  world_from_light.row0 = vec4(0, 0, -pose.light_direction_world.x, pose.position_world.x);
+  world_from_light.row1 = vec4(0, 0, -pose.light_direction_world.y, pose.position_world.y);
+  world_from_light.row2 = vec4(0, 0, -pose.light_direction_world.z, pose.position_world.z);
   return world_from_light;
 }
 
@@ -116,7 +116,7 @@ void main() {
   const LightRecord light = LightRef(globals.value.lights).at[wanted.light];
   AffineRows world_from_light;
   if (light.node == FIRE3DV_NO_INDEX) {
-    world_from_light = turned_to(LightPoseRef(globals.value.light_poses).at[wanted.light].light_direction_world);
+    world_from_light = placed_as(LightPoseRef(globals.value.light_poses).at[wanted.light]);
   } else {
     world_from_light = AffineRowsRef(globals.value.world_from_node).at[light.node];
   }

@@ -106,7 +106,8 @@ settings::DrawSettings ImageRenderer::settings_of(bool is_color) const {
 Result<std::unique_ptr<LoadedDrakeScene>> ImageRenderer::load(GltfScene& gltf, bool is_color) const {
   const settings::DrawSettings settings = settings_of(is_color);
   SceneLoading loading;
-  loading.has_key_light = is_color && app::wants_key_light(options_.key_light, !options_.environment.empty());
+  loading.has_key_light =
+      is_color && app::wants_key_light(options_.key_light, app::lights_by_choice(options_));
   loading.levels = passes::levels_for(settings.levels_of_detail);
   loading.max_bytes = settings_.max_scene_bytes;
   loading.max_image_bytes = settings_.max_image_bytes;

@@ -43,6 +43,7 @@ void add_draw_settings(CLI::App& app, settings::SettingUser user, settings::Sett
 }
 
 void add_drawing_options(CLI::App& app, settings::SettingUser user, Options& options) {
+  add_draw_settings(app, user, settings::SettingGroup::optics, kOpticsGroup, options.draw);
   OptionGroup group(app, kDrawingGroup);
   group.add("--environment", options.environment, "FILE",
             "environment map, equirectangular .hdr or .exr (default: studio)");

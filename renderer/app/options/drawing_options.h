@@ -10,6 +10,7 @@ class App;
 namespace fire3dv::app {
 
 constexpr const char* kDrawingGroup = "Drawing";
+constexpr const char* kOpticsGroup = "Optics and sensor";
 
 // Adds the settings of a group that this user sets. The defaults are those of `draw`, which outlives the
 // parsing. title: of the section in --help.

@@ -366,6 +366,10 @@ bool writes_equal_images(const Options& options) {
 
 }  // namespace
 
+bool lights_by_choice(const Options& options) {
+  return !options.environment.empty() || options.draw.lamps.count > 0;
+}
+
 ViewDefaults view_defaults(const Options& options) {
   return {options.frame_all, options.ground, options.ground_height_m, options.draw.background};
 }

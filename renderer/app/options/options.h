@@ -92,6 +92,8 @@ struct Options {
 };
 
 ViewDefaults view_defaults(const Options& options);
+// True if the user chose light beside that of the scene: an environment map, or lamps beside the lens.
+bool lights_by_choice(const Options& options);
 
 // Returns the options, or the exit code for a program that ends now (help, or a printed usage error).
 // needs_scene: a scene is required; then the configuration file counts, too (config_options.h).

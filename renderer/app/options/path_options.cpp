@@ -28,9 +28,10 @@ std::optional<std::string> option_of_paths(const CLI::App& app) {
 }  // namespace
 
 std::optional<std::string> check_path_options(const CLI::App& app, bool offline, const Options& options) {
-  if (app.count("--f-number") != app.count("--focus-distance"))
-    return "--f-number and --focus-distance belong together: set both";
   const settings::DrawSettings& draw = options.draw;
+  // A preset may have set the other one.
+  if ((draw.post.lens.f_number > 0) != (draw.post.lens.focus_distance_m > 0))
+    return "--f-number and --focus-distance belong together: set both";
   if (!draw.path) {
     if (const std::optional<std::string> option = option_of_paths(app))
       return *option + " needs --render path";

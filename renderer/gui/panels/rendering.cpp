@@ -34,6 +34,9 @@ bool edit(Ui& ui, scene::Light& light) {
     changed |= ui.slider("Range", light.range_m, {0, 1'000, "%.2f m", true}, "0: without end");
     changed |= ui.slider("Radius", light.radius_m, {0, 2, "%.3f m"}, "More than 0 gives soft shadows");
   }
+  if (light.type == scene::LightType::point)
+    changed |= ui.slider("Spread", light.spread, {0, 20, "%.2f"},
+                         "Falls off around the node's -Z as exp(-spread (1 - cos)); 0: even");
   if (light.type == scene::LightType::spot) {
     float inner = glm::degrees(light.inner_cone_rad), outer = glm::degrees(light.outer_cone_rad);
     if (ui.slider("Inner cone", inner, {0, 89, "%.1f \u00b0"})) {
@@ -367,7 +370,8 @@ void draw_render_panel(const Context& context) {
   ui.check("Grid and axes", view_state.shows_grid, "In the plane y = 0 of the world  (X)");
   ui.check("Camera frusta", view_state.shows_frusta, "Of the scene's cameras  (K)");
   ui.check("Light theme", context.layout.is_light, "Of the panels");
-  for (const SettingGroup group : {SettingGroup::image, SettingGroup::raster, SettingGroup::environment})
+  for (const SettingGroup group :
+       {SettingGroup::image, SettingGroup::raster, SettingGroup::environment, SettingGroup::optics})
     draw_setting_group(context, group);
   keep_path_settings(traced_paths, view_state.draw, view_state.paths);
 }

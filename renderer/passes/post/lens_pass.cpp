@@ -218,8 +218,8 @@ void LensPass::copy_color(gpu::Recorder& recorder, gpu::Image& color) {
 
 gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wanted) const {
   const Intrinsics &camera = wanted.camera, &pinhole = source.pinhole;
-  const VkDeviceSize color_bytes =
-      wanted.outputs.has(wire::kColorSrgb8) ? VkDeviceSize{4} * camera.image_px.x * camera.image_px.y : 0;
+  const bool has_color = wanted.outputs.has(wire::kColorSrgb8) && !wanted.has_optics;
+  const VkDeviceSize color_bytes = has_color ? VkDeviceSize{4} * camera.image_px.x * camera.image_px.y : 0;
   const auto from = [&](ImageOutput output) {
     return source.planes ? address_of(source.planes->address, source.places, output) : 0;
   };
@@ -227,8 +227,10 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
     return address_of(result_.address + color_bytes, places_, output);
   };
   gpu_types::LensWanted w{};
-  w.color_in = wanted.outputs.has(wire::kColorSrgb8) ? color_.address : 0;
-  w.color_out = wanted.outputs.has(wire::kColorSrgb8) ? result_.address : 0;
+  w.color_in = has_color ? color_.address : 0;
+  w.color_out = has_color ? result_.address : 0;
+  w.light_in = source.light ? source.light->address : 0;
+  w.light_out = source.light ? light_.address : 0;
   w.linear_in = from(wire::kColorLinearF16);
   w.linear_out = to(wire::kColorLinearF16);
   w.depth_in = from(wire::kDepthF32);
@@ -264,16 +266,20 @@ gpu_types::LensWanted LensPass::describe(const Source& source, const Wanted& wan
   w.last_coefficient = k[4];
   w.largest_radius = static_cast<float>(largest_radius(wanted.lens));
   w.fisheye = wanted.lens.model == LensModel::fisheye ? 1 : 0;
+  w.mask_radius = wanted.mask_radius;
+  w.mask_cut = wanted.mask_cut;
   return w;
 }
 
 void LensPass::make_room(const Intrinsics& pinhole, const Wanted& wanted) {
   const glm::uvec2 size = wanted.camera.image_px, behind = pinhole.image_px;
   places_ = lay_out_planes(with_sources(wanted.outputs), size.x, size.y);
-  result_bytes_ =
-      (wanted.outputs.has(wire::kColorSrgb8) ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
+  const bool has_color = wanted.outputs.has(wire::kColorSrgb8);
+  result_bytes_ = (has_color && !wanted.has_optics ? uint64_t{4} * size.x * size.y : 0) + bytes_of(places_);
   gpu::grow_storage_buffer(device_, result_, result_bytes_);
-  if (wanted.outputs.has(wire::kColorSrgb8))
+  if (has_color && wanted.has_optics)
+    gpu::grow_storage_buffer(device_, light_, VkDeviceSize{8} * size.x * size.y);
+  else if (has_color)
     gpu::grow_storage_buffer(device_, color_, VkDeviceSize{4} * behind.x * behind.y);
 }
 
@@ -288,6 +294,10 @@ void LensPass::record(gpu::Recorder& recorder, gpu::StagingRing& staging, const 
   std::vector<Use> uses{Use(result_, access::compute_write)};
   if (source.color) uses.emplace_back(color_, access::compute_read);
   if (source.planes) uses.emplace_back(*source.planes, access::compute_read);
+  if (source.light) {
+    uses.emplace_back(*source.light, access::compute_read);
+    uses.emplace_back(light_, access::compute_write);
+  }
   recorder.pass("lens", uses, [&](VkCommandBuffer commands) {
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
     vkCmdPushConstants(commands, layout_.get(), VK_SHADER_STAGE_ALL, 0, sizeof(push), &push);

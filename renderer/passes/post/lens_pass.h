@@ -52,17 +52,21 @@ class LensPass {
     gpu::Image* color;    // null: not requested
     gpu::Buffer* planes;  // null: not requested
     std::span<const PlaneRange> places;
+    gpu::Buffer* light = nullptr;  // instead of `color`, of a camera with optics: SensorRecord::light
   };
   struct Wanted {
     const Intrinsics& camera;
     const Lens& lens;
     const ImageOutputs& outputs;
+    float mask_radius = 0, mask_cut = 0;  // content mask, see OpticsSettings
+    bool has_optics = false;              // colours are light(), not result()
   };
   // Allocates the memory that a following record() of these needs.
   void make_room(const Intrinsics& pinhole, const Wanted& wanted);
   // Writes result(): colours, 4 bytes a pixel, if requested, then the planes in the layout of
   // lay_out_planes().
   void record(gpu::Recorder& recorder, gpu::StagingRing& staging, const Source& source, const Wanted& wanted);
+  gpu::Buffer& light() { return light_; }  // distorted, of a source with light
   gpu::Buffer& result() { return result_; }
   uint64_t result_bytes() const { return result_bytes_; }
   const std::vector<PlaneRange>& places() const { return places_; }
@@ -74,7 +78,7 @@ class LensPass {
   gpu::Device& device_;
   gpu::PipelineLayout layout_;
   gpu::Pipeline pipeline_;
-  gpu::Buffer color_, result_;
+  gpu::Buffer color_, light_, result_;
   uint64_t result_bytes_ = 0;
   std::vector<PlaneRange> places_;
 };

@@ -275,7 +275,8 @@ void EditUploader::set_first_primitive(Change& change, uint32_t node, uint32_t f
 
 void EditUploader::upload_lights(Change& change) {
   GpuScene& gpu_scene = change.gpu_scene;
-  const std::vector<scene::PlacedLight> lights = drawn_lights(change.scene, &change.edits, gpu_scene.sun);
+  const std::vector<scene::PlacedLight> lights =
+      drawn_lights(change.scene, &change.edits, added_lights(gpu_scene));
   std::vector<gpu_types::LightRecord> records;
   std::vector<uint32_t> light_at_node(gpu_scene.node_count, FIRE3DV_NO_INDEX);
   for (const scene::PlacedLight& placed : lights) {

@@ -355,7 +355,8 @@ GpuScene::GpuScene(gpu::Device& device, const scene::Scene& scene, const scene::
 
   std::vector<gpu_types::LightRecord> light_records;
   sun = uses.sun;
-  const std::vector<scene::PlacedLight> placed_lights = drawn_lights(scene, nullptr, sun);
+  lamp_count = uses.lamps;
+  const std::vector<scene::PlacedLight> placed_lights = drawn_lights(scene, nullptr, {lamp_count, sun});
   light_at_node.assign(node_count, FIRE3DV_NO_INDEX);
   for (const scene::PlacedLight& placed : placed_lights) {
     if (placed.node != scene::kNone) light_at_node[placed.node] = static_cast<uint32_t>(light_records.size());

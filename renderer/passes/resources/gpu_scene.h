@@ -39,6 +39,7 @@ struct SceneUses {
   bool refracts = false;       // so do ray effects; transmissive surfaces are in the visibility buffer
   bool drawn_forward = true;   // whole scene on the forward path, not only its forward-only draws
   std::optional<scene::EnvironmentSun> sun;
+  uint32_t lamps = 0;  // beside the lens
 };
 
 // Vertices, and the primitives whose spheres enclose them.
@@ -51,7 +52,8 @@ struct VertexBuffers {
 // What all worlds of a scene share: uploaded once, then only edits change it.
 struct SceneGeometry {
   uint32_t node_count = 0, mesh_node_count = 0;  // all nodes, and those with a mesh
-  uint32_t light_count = 0;                      // with the sun
+  uint32_t light_count = 0;                      // with lamps and sun
+  uint32_t lamp_count = 0;                       // beside the lens
   uint32_t part_count = 0, ray_box_count = 0;
   uint32_t instance_count = 0;               // of a world's top-level acceleration structure
   uint32_t cluster_instance_count = 0;       // all LODs

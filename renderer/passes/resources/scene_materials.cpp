@@ -250,6 +250,10 @@ gpu_types::LightRecord light_record(const scene::Light& light, uint32_t node) {
   const float cos_outer = std::cos(light.outer_cone_rad);
   record.cone_scale = 1.0f / std::max(0.001f, std::cos(light.inner_cone_rad) - cos_outer);
   record.cone_offset = -cos_outer * record.cone_scale;
+  if (light.type == scene::LightType::point && light.spread > 0) {
+    record.type = FIRE3DV_LIGHT_LAMP;
+    record.cone_scale = light.spread;
+  }
   return record;
 }
 

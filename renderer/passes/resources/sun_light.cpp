@@ -4,14 +4,17 @@
 #include <cstdint>
 #include <span>
 
+#include "renderer/passes/resources/lamp_lights.h"
 #include "shaders/shared/types.h"
 
 namespace fire3dv::passes {
 
 std::vector<scene::PlacedLight> drawn_lights(const scene::Scene& scene, const scene::SceneEdits* edits,
-                                             const std::optional<scene::EnvironmentSun>& sun) {
+                                             const AddedLights& added) {
   std::vector<scene::PlacedLight> lights = scene::lights_of(scene, edits);
-  if (sun) lights.push_back({scene::light_of(*sun), scene::kNone});
+  // place_lamps() writes intensity and direction.
+  for (uint32_t lamp = 0; lamp < added.lamps; ++lamp) lights.push_back({lamp_light({}), scene::kNone});
+  if (added.sun) lights.push_back({scene::light_of(*added.sun), scene::kNone});
   return lights;
 }
 

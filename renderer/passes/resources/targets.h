@@ -70,7 +70,7 @@ struct Targets {
   gpu::Buffer ray_effects;     // gpu_types::RayEffectRecord[pixel][sample]; null: no image had them
   // Each set belongs to the pass that writes it.
   gpu::DescriptorSet shade_set, tone_map_set, fxaa_set, stale_overlay_set, overlay_set, path_set,
-      light_meter_set, depth_of_field_set;
+      light_meter_set, depth_of_field_set, camera_light_set, camera_light_bloom_set, sensor_set;
   VkImageView stale_overlay_view = VK_NULL_HANDLE, overlay_view = VK_NULL_HANDLE;  // of the last two
 };
 

@@ -266,7 +266,7 @@ void ShadowPass::set_scene(const scene::Scene& scene, const GpuScene& gpu_scene)
     state_.part_count = gpu_scene.part_count;
     state_.cluster_count = gpu_scene.cluster_instance_count;
     choose_planar_casters(scene, gpu_scene);
-    set_lights(drawn_lights(scene, nullptr, gpu_scene.sun),
+    set_lights(drawn_lights(scene, nullptr, added_lights(gpu_scene)),
                shadow_limits());  // last: the mask belongs to the targets, not to the state
   } catch (const gpu::VulkanFailure&) {
     state_ = std::move(before);

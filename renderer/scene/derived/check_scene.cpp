@@ -189,8 +189,9 @@ bool is_valid_light(const Light& light) {
   return light.type <= LightType::spot && is_finite(light.color) && std::isfinite(light.intensity) &&
          light.intensity >= 0 && std::isfinite(light.range_m) && light.range_m >= 0 &&
          std::isfinite(light.radius_m) && light.radius_m >= 0 && std::isfinite(light.angular_radius_rad) &&
-         light.angular_radius_rad >= 0 && light.angular_radius_rad <= kWidestCone &&
-         std::isfinite(light.inner_cone_rad) && std::isfinite(light.outer_cone_rad) &&
+         light.angular_radius_rad >= 0 && light.angular_radius_rad <= kWidestCone && light.spread >= 0 &&
+         light.spread <= kMaxLightSpread && std::isfinite(light.inner_cone_rad) &&
+         std::isfinite(light.outer_cone_rad) &&
          (light.type != LightType::spot || (cone && light.outer_cone_rad <= kWidestCone));
 }
 

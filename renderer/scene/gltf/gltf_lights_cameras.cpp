@@ -23,6 +23,10 @@ void set_radius(const tinygltf::Light& source, const std::string& where, Light& 
     light.radius_m =
         in_range_or_warn(radius, 0, std::numeric_limits<float>::max(), where + ".extras.radius", warnings);
   }
+  // Of lamps of endoscopes, see Light::spread.
+  if (light.type == LightType::point)
+    light.spread = in_range_or_warn(number_or(source.extras, "spread", 0), 0, kMaxLightSpread,
+                                    where + ".extras.spread", warnings);
 }
 
 Result<Light> light_of(const tinygltf::Light& source, const std::string& where,

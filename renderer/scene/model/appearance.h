@@ -155,10 +155,15 @@ struct Light {
   float angular_radius_rad = 0;  // directional: half the subtended angle
   float inner_cone_rad = 0;
   float outer_cone_rad = 0.7853981634f;
+  // Point: intensity times exp(-spread * (1 - cos)) of the angle off the node's -Z, as of lamps of endoscopes
+  // (Modrzejewski et al. 2020). 0: the same in all directions.
+  float spread = 0;
   bool casts_shadow = true;
   bool is_default = false;  // see key_light.h
   bool operator==(const Light&) const = default;
 };
+
+constexpr float kMaxLightSpread = 100;
 
 // Thin lens of a perspective camera with a sensor that is 24 mm high. The focal length is that of the
 // vertical field of view, 12 mm / tan(fov / 2); the aperture's diameter is the focal length over the

@@ -117,7 +117,7 @@ void visit_members(Image& i, Visit&& visit) {
 template <typename Visit>
 void visit_members(Light& l, Visit&& visit) {
   visit(l.name, l.type, l.color, l.intensity, l.range_m, l.radius_m, l.angular_radius_rad, l.inner_cone_rad,
-        l.outer_cone_rad, l.casts_shadow, l.is_default);
+        l.outer_cone_rad, l.spread, l.casts_shadow, l.is_default);
 }
 
 template <typename Visit>

@@ -256,9 +256,9 @@ def render(page, viewer, at):
     check(viewer.evaluate("getComputedStyle(document.getElementById('settings')).display") == "none", "a viewer without control has settings")
     check(viewer.evaluate("getComputedStyle(document.getElementById('quality').parentElement).display") != "none", "no choice of images")
     labels = page.evaluate("[...document.querySelectorAll('#settings label')].map((label) => label.firstChild.textContent.trim())")
-    check(labels == ["Tone mapping", "Shadows", "Renderer"], f"the settings of the page: {labels}")
+    check(labels == ["Camera", "Tone mapping", "Shadows", "Renderer"], f"the settings of the page: {labels}")
     values = page.evaluate("[...document.querySelectorAll('#settings select')].map((select) => select.value)")
-    check(values == ["neutral", "map", "raster"], f"the settings at the beginning: {values}")
+    check(values == ["none", "neutral", "map", "raster"], f"the settings at the beginning: {values}")
     for control, other, first in (("setting-shadows-0", "c.value = 'off'", "c.value = 'map'"),
                                   ("setting-tone-map-0", "c.value = 'none'", "c.value = 'neutral'")):
         at_viewer, before_viewer = viewer.evaluate("JSON.parse(document.getElementById('canvas').dataset.image).number"), canvas(viewer)[2]

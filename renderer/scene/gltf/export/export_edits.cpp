@@ -228,6 +228,7 @@ void GlbExport::set_light(uint32_t node, const Light& light) {
     text["extras"]["angular_radius"] = shortest(light.angular_radius_rad);
   if (light.type != LightType::directional && light.radius_m > 0)
     text["extras"]["radius"] = shortest(light.radius_m);
+  if (light.type == LightType::point && light.spread > 0) text["extras"]["spread"] = shortest(light.spread);
   json& at = root_["nodes"][node];
   if (!light.casts_shadow)
     warnings_.push_back("the light of node " + quote(at.value("name", std::string())) +

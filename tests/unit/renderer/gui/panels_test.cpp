@@ -35,8 +35,8 @@ std::string settings_of(const GuiWorld& world) {
   for (const uint32_t node : v.edits.hidden) text += "hidden " + std::to_string(node) + " ";
   for (const auto& [node, light] : v.edits.lights) {
     text += "light " + numbers({double(node), light.color.r, light.color.g, light.color.b, light.intensity,
-                                light.range_m, light.radius_m, light.angular_radius_rad, light.inner_cone_rad,
-                                light.outer_cone_rad, double(light.casts_shadow)});
+                                light.range_m, light.radius_m, light.spread, light.angular_radius_rad,
+                                light.inner_cone_rad, light.outer_cone_rad, double(light.casts_shadow)});
   }
   for (const auto& [number, m] : v.edits.materials) {
     text += "material " + numbers({double(number), m.base_color.r, m.base_color.g, m.base_color.b,
@@ -340,6 +340,10 @@ TEST_F(GuiPanels, RenderPanelHasAllSettings) {
     for (const bool has_zenith : {true, false}) {
       reset();
       if (has_zenith) world().view_state.draw.background.zenith = glm::vec3(0.5f);
+      settings::DrawSettings& draw = world().view_state.draw;
+      // Rows that belong to others are shown with those.
+      draw.lamps.count = 2;
+      draw.post.optics = {.mask_radius = 1, .fog = 0.1f, .drops = 0.1f, .full_well = 1000};
       world().settle();
       for (const Control& control : world().gui.controls())
         if (control.panel == "Render") shown.insert(control.name);

@@ -117,6 +117,25 @@ TEST(FramePlan, BloomReadsComputeSamples) {
   EXPECT_FALSE(plan.shading || plan.tone_map);
 }
 
+TEST(FramePlan, SensorReplacesToneMapping) {
+  FrameFacts facts = lit_scene();
+  facts.has_mask = true;
+  FramePlan plan = plan_frame(facts, {}, {});
+  EXPECT_FALSE(plan.sensor || plan.mask_planes || plan.hdr_samples);
+  facts.has_optics = true;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.sensor && plan.compute_shading && plan.hdr_samples && plan.tone_map);
+  EXPECT_FALSE(plan.mask_planes) << "there are none";
+  plan = plan_frame(facts, only(wire::kDepthF32), {});
+  EXPECT_TRUE(plan.mask_planes);
+  EXPECT_FALSE(plan.sensor || plan.hdr_samples) << "planes have no noise";
+  facts.has_mask = false;  // with distortion, the lens pass applies it
+  EXPECT_FALSE(plan_frame(facts, only(wire::kDepthF32), {}).mask_planes);
+  facts.is_path_traced = true;
+  plan = plan_frame(facts, {}, {});
+  EXPECT_TRUE(plan.sensor && plan.path_resolve);
+}
+
 TEST(FramePlan, MeteringReadsComputeSamples) {
   FrameFacts facts = lit_scene();
   facts.metered = true;

@@ -139,6 +139,10 @@ TEST_F(ShaderLayout, MembersMatchInCppAndGlsl) {
   EXPECT_SAME_OFFSET(LayerWork, groups_x);
   EXPECT_SAME_OFFSET(PostPush, tone_map);
   EXPECT_SAME_OFFSET(BloomLightPush, exposure);
+  EXPECT_SAME_OFFSET(SensorPush, along_rows);
+  EXPECT_SAME_OFFSET(SensorRecord, ray_x);
+  EXPECT_SAME_OFFSET(SensorRecord, frame_high);
+  EXPECT_SAME_OFFSET(MaskPlanesPush, mask_cut);
   EXPECT_SAME_OFFSET(LightMeterPush, samples);
   EXPECT_SAME_OFFSET(LightMeterResolvePush, fallback);
   EXPECT_SAME_OFFSET(EnvironmentCell, density);

@@ -275,8 +275,9 @@ TEST(SceneLights, RadiiFromExtras) {
   };
   json spot = light("spot", {{"radius", 1}, {"comment", {{"radius", 3}}}});
   spot["spot"] = json::object();
+  spot["extras"]["spread"] = 3;  // a cone has none
   builder.root["extensions"]["KHR_lights_punctual"]["lights"] = {
-      light("point", {{"radius", 0.25}}),
+      light("point", {{"radius", 0.25}, {"spread", 2.5}}),
       spot,
       light("directional", {{"angular_radius", 0.005}}),
       light("directional", {{"angle", 0.01}}),
@@ -288,7 +289,9 @@ TEST(SceneLights, RadiiFromExtras) {
   const Scene scene = loaded(builder);
   ASSERT_EQ(scene.lights.size(), 8u);
   EXPECT_EQ(scene.lights[0].radius_m, 0.25f);
+  EXPECT_EQ(scene.lights[0].spread, 2.5f);
   EXPECT_EQ(scene.lights[1].radius_m, 1);
+  EXPECT_EQ(scene.lights[1].spread, 0);
   EXPECT_EQ(scene.lights[2].angular_radius_rad, 0.005f);
   EXPECT_EQ(scene.lights[3].angular_radius_rad, 0.005f);
   EXPECT_EQ(scene.lights[4].radius_m, 0);  // extras are untyped
