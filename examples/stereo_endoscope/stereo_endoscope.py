@@ -4,7 +4,8 @@ field stop, and the light at their tip. Left and right images are of the same fr
 written as OpenCV has it.
 
 stereo_endoscope.py --write-scene SCENE.glb
-stereo_endoscope.py [--to URI] [--out FOLDER] [--frames N] [--size WxH] [--center X,Y,Z] [--distance M]"""
+stereo_endoscope.py [--to URI] [--out FOLDER] [--frames N] [--size WxH] [--center X,Y,Z] [--distance M]
+                    [--calibration FILE [FILE]]"""
 import argparse
 import json
 import os
@@ -46,6 +47,20 @@ def tip_pose(frame, frames, center, distance):
     return looking(eye, center).astype(np.float32)
 
 
+def calibrated_cameras(files, width, height):
+    """Arguments of Stream.request_image for left and right, by camera files of ROS, OpenCV or Kalibr."""
+    cameras = fire3dv.read_calibration(*files, size=(width, height))
+    expect(len(cameras) == 2, f"{', '.join(files)}: {len(cameras)} cameras, not 2: name the files of both eyes")
+    return {side: camera.request(width, height) for side, camera in zip(("left", "right"), cameras)}
+
+
+def usual_cameras(width, height):
+    fx, fy, cx, cy = camera_matrix(width, height)
+    return {side: {"width": width, "height": height, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "lens": "fisheye", "lens_coefficients": LENS[side],
+                   "parent_from_camera": [1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0]}
+            for side, x in (("left", -BASELINE_M / 2), ("right", BASELINE_M / 2))}
+
+
 def write_calibration(path, width, height):
     fx, fy, cx, cy = camera_matrix(width, height)
     sides = {side: {"K": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], "D": list(k)} for side, k in LENS.items()}
@@ -65,6 +80,8 @@ def main():
     parser.add_argument("--center", type=place, default=cavity.TARGET,
                         help="what it looks at, in metres; --center=-1,0,0 where it begins with a minus (default: the needle)")
     parser.add_argument("--distance", type=positive, default=0.075, help="from the tip to the target, in metres (default: %(default)s)")
+    parser.add_argument("--calibration", metavar="FILE", nargs="+",
+                        help="camera files of ROS (two), OpenCV or Kalibr in place of the example's lenses; then no field stop is painted")
     parser.add_argument("--timeout", type=positive, default=60.0, help="seconds to wait for an image")
     options = parser.parse_args()
     if options.write_scene:
@@ -72,8 +89,11 @@ def main():
         return
     width, height = options.size
     os.makedirs(options.out, exist_ok=True)
-    write_calibration(os.path.join(options.out, "calibration.json"), width, height)
-    fx, fy, cx, cy = matrix = camera_matrix(width, height)
+    if options.calibration:
+        wanted = calibrated_cameras(options.calibration, width, height)
+    else:
+        wanted = usual_cameras(width, height)
+        write_calibration(os.path.join(options.out, "calibration.json"), width, height)
 
     with fire3dv.Stream(options.to, adapter_name="stereo_endoscope") as stream:
         stream.add_node("endoscope")  # adds the node, since the scene has none
@@ -81,10 +101,8 @@ def main():
                          inner_cone_rad=0.35, outer_cone_rad=1.0)
         stream.describe(["endoscope"])
         cameras = {}  # from frame 1 on: the node does not exist before
-        for side, x in (("left", -BASELINE_M / 2), ("right", BASELINE_M / 2)):
-            cameras[side] = stream.request_image(
-                width, height, node="endoscope", parent_from_camera=[1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0], when="every_nth", sequence=1,
-                fx=fx, fy=fy, cx=cx, cy=cy, near_m=0.002, lens="fisheye", lens_coefficients=LENS[side])
+        for side, arguments in wanted.items():
+            cameras[side] = stream.request_image(node="endoscope", when="every_nth", sequence=1, near_m=0.002, **arguments)
         for frame in range(options.frames):
             sim_time_ns = frame * 33_000_000
             pose = tip_pose(frame, options.frames, options.center, options.distance)
@@ -94,13 +112,18 @@ def main():
                 with image:
                     expect((image.sequence, image.sim_time_ns, image.lost) == (stream.sequence, sim_time_ns, 0),
                            f"the {side} image shows frame {image.sequence}, not {stream.sequence}")
-                    expect(image.lens == "fisheye" and np.allclose(image.lens_coefficients[:4], LENS[side]),
+                    lens, coefficients = wanted[side]["lens"], wanted[side]["lens_coefficients"]
+                    expect(image.lens == lens and np.allclose(image.lens_coefficients[:len(coefficients)], coefficients),
                            f"the {side} image has another lens")
                     places.append(np.reshape(image.world_from_camera, (3, 4))[:, 3])
-                    color = behind_field_stop(image["color_srgb8"][..., :3], matrix)
+                    color = image["color_srgb8"][..., :3]
+                    if not options.calibration:
+                        color = behind_field_stop(color, camera_matrix(width, height))
                     write_png(os.path.join(options.out, f"{side}_{frame:03}.png"), color)
             apart = np.linalg.norm(places[1] - places[0])
-            expect(abs(apart - BASELINE_M) < 1e-5, f"the cameras are {apart} m apart, not {BASELINE_M}")
+            left, right = (np.reshape(arguments["parent_from_camera"], (3, 4))[:, 3] for arguments in wanted.values())
+            baseline = np.linalg.norm(right - left)
+            expect(abs(apart - baseline) < 1e-5, f"the cameras are {apart} m apart, not {baseline}")
     print(f"{options.out}: {options.frames} pairs, each of one frame")
 
 

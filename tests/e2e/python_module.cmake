@@ -22,6 +22,7 @@ if(FIRE3DV_PYTHON AND NOT FIRE3DV_SANITIZE)
   python_module_case(lying_renderer ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_lying_renderer_test.py
     $<TARGET_FILE:e2e_lying_renderer> $<TARGET_FILE:e2e_image_example> ${lying_renderer_adapter})
   python_module_case(poses ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_poses_test.py)
+  python_module_case(calibration ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_calibration_test.py)
   python_module_case(show ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_show_test.py)
   python_module_case(types ${FIRE3DV_NUMPY_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_types_test.py)
   python_module_case(controls ${FIRE3DV_PYTHON} ${CMAKE_CURRENT_LIST_DIR}/python/python_controls_test.py)

@@ -18,7 +18,8 @@ PAGES = {
     "stream": ("Stream", "fire3dv", ("Stream", "Status", "Welcome", "FRAME_DISCONTINUITY", "Property", "LightKind", "MarkerKind")),
     "controls": ("Controls", "fire3dv", ("Controls", "Control", "Event", "InputKind", "Action")),
     "renderer": ("Renderer", "fire3dv", ("Renderer", "find_program", "show", "LiveView")),
-    "images": ("Images", "fire3dv", ("Image", "ImageRequest", "OUTPUTS", "ALIASES", "Output", "When", "Lens")),
+    "images": ("Images", "fire3dv", (
+        "Image", "ImageRequest", "CalibratedCamera", "read_calibration", "OUTPUTS", "ALIASES", "Output", "When", "Lens")),
     "batch": ("Batches", "fire3dv", ("Batch", "BatchRequest")),
     "robot": ("Robot", "fire3dv", ("Robot", "RobotPublisher", "Joint", "JointType")),
     "poses": ("Poses", "fire3dv", ("pose", "look_at")),

@@ -124,6 +124,15 @@ def stereo_endoscope(test):
         check(corners.max() == 0 and middle[..., 0].mean() > 1.3 * middle[..., 2].mean() > 0, "no round view of red tissue")
         check(0 < numpy.abs(left - right).mean() < 30, "left and right are the same, or of two scenes")
     check((pairs[0][0] != pairs[1][0]).any(), "the endoscope does not move")
+    camchain = test.path("camchain.yaml")
+    camera = "  camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0.01, 0.0, 0.0]\n  resolution: [192, 144]\n" \
+             "  intrinsics: [150.0, 150.0, 95.5, 71.5]\n"
+    with open(camchain, "w", encoding="utf-8") as file:
+        file.write(f"cam0:\n{camera}cam1:\n{camera}  T_cn_cnm1:\n  - [1, 0, 0, -0.004]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\n")
+    own = test.path("own")
+    python(test, "stereo_endoscope", *[own if word == folder else word for word in words], "--frames", "1", "--size", "96x72", "--timeout",
+           str(HANG_S), "--calibration", camchain)
+    check(rows_of(own, "left_000.png")[:6, :6].max() > 0, "a field stop on images of an own calibration")
     with open(os.path.join(folder, "calibration.json"), encoding="utf-8") as file:
         calibration = json.load(file)
     check(calibration["T"][0] < 0 and len(calibration["left"]["D"]) == 4, f"{calibration}")

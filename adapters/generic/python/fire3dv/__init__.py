@@ -25,6 +25,7 @@ environment first.
 """
 from ._types import Lens, Output, When
 from .batch import Batch, BatchRequest
+from .calibration import CalibratedCamera, read_calibration
 from .errors import (ArgumentError, BudgetError, Error, ErrorCode, LibraryNotFound, OperatingSystemError,
                      RefusedError, RendererError, RendererNotFound, SceneWarning, StateError, Timeout)
 from .image import ALIASES, OUTPUTS, Image
@@ -48,7 +49,7 @@ __all__ = [
     "ArgumentError", "BudgetError", "Error", "ErrorCode", "LibraryNotFound", "OperatingSystemError",
     "RefusedError", "RendererError", "RendererNotFound", "SceneWarning", "StateError",
     "Timeout", "Lens", "Output", "When", "__version__", "ALIASES", "OUTPUTS", "Batch", "BatchRequest", "Image",
-    "ImageRequest",
+    "ImageRequest", "CalibratedCamera", "read_calibration",
     "Action", "Control", "Controls", "Event", "InputKind",
     "LiveView", "show", "Renderer", "find_program", "look_at", "pose", "Joint", "JointType", "Robot", "RobotPublisher",
     "LightKind", "MarkerKind", "Property", "Status", "Welcome", "FRAME_DISCONTINUITY", "Stream", "version",
