@@ -38,7 +38,8 @@ uint64_t device_bytes_of_world(const WorldBatches::Due& due, const WorldBatches:
   const wire::Intrinsics& image = due.request.intrinsics;
   const uint64_t side = std::clamp(std::bit_ceil(std::max(image.width, image.height)), 64u, 512u);
   const uint64_t lights =
-      passes::drawn_lights(scene, &source.scene.edits(), source.displayed.gpu_scene().sun).size();
+      passes::drawn_lights(scene, &source.scene.edits(), passes::added_lights(source.displayed.gpu_scene()))
+          .size();
   uint64_t bytes = 256 + uint64_t{256} * scene.nodes.size() +
                    2 * sizeof(wire::Affine3x4) * due.request.batch->node_indices.size() +
                    lights * (128 + 4 * side * side * 3 / 2);
