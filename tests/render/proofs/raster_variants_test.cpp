@@ -43,7 +43,8 @@ class RasterVariants : public ValidationIsSilent {
     scene_ = builder.build();
     bench_ = std::make_unique<RenderBench>(scene_, kVariantsExtent, settings_);
     bench_->draw_at_rest();
-    bench_->renderer().gpu_scene().write_globals(globals_, 0);
+    bench_->renderer().gpu_scene().write_globals(globals_);
+    bench_->renderer().gpu_scene().write_world_globals(globals_, 0);
     globals_.width = kVariantsExtent.width;
     globals_.height = kVariantsExtent.height;
     const state::PoseState poses(scene_);
