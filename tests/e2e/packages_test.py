@@ -41,8 +41,8 @@ FILES = {  # beside programs, their manual pages and completions, copyright and 
         *["usr/include/fire3dv/" + os.path.basename(path) for path in glob.glob(source + "/adapters/generic/include/fire3dv/*")]],
     "python3-fire3dv": [f"usr/lib/python3/dist-packages/fire3dv-{version}.dist-info/METADATA",
                         "usr/share/doc/python3-fire3dv/README.md", "usr/lib/python3/dist-packages/fire3dv/py.typed",
-                        *["usr/lib/python3/dist-packages/fire3dv/" + os.path.basename(path) for path in
-                          glob.glob(os.path.join(source, "adapters/generic/python/fire3dv/*.py"))]],
+                        *["usr/lib/python3/dist-packages/" + os.path.relpath(path, os.path.join(source, "adapters/generic/python"))
+                          for path in glob.glob(os.path.join(source, "adapters/generic/python/fire3dv/**/*.py"), recursive=True)]],
 }
 DEPENDS = {"fire3dv": ["libvulkan1", "libc6"], "fire3dv-examples": ["libfire3dv-client0", "libbullet"],
            "fire3dv-drake": ["libvulkan1"], "fire3dv-gazebo": ["libfire3dv-client0", "libzmq5", "libprotobuf-lite"],

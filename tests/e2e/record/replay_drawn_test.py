@@ -101,7 +101,7 @@ def full_image_folder(test):
     """An image that cannot be written ends the run with an error, and the reported count is that of the list."""
     folder = test.path("full")
     renderer = Program(test, "fire3dv", [test.programs_at["fire3dv"], test.scene, "--headless", "--size", "32x18", "--shadows", "off", "--cache",
-                                         "off", "--out", folder, "--outputs", "color,depth"],
+                                         "off", "--out", folder, "--outputs", "color,depth", "--frames", "100000"],
                        {**vulkan_environment(), "MESA_SHADER_CACHE_DISABLE": "true"})
     log = os.path.join(folder, "frames.jsonl")
     wait_until("an image", lambda: os.path.exists(log) and os.path.getsize(log) > 100)
