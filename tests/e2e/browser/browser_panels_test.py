@@ -321,7 +321,7 @@ def view_only(session, tuning):
     client = session.viewer(*SIZE, link=session.view)
     for number in range(4):
         for index in range(6):
-            for action in ("set", "press", "run", "pause", "step", "reset", "speed", "begin", "move", "end"):
+            for action in ("set", "press", "run", "pause", "step", "reset", "speed"):
                 client.send(json.dumps({"type": "input", "list": number, "index": index, "action": action, "value": 1, "text": "x"}))
     client.send('{"type":"pick","x":0.5,"y":0.5}')  # its answer comes after the effect of the messages before
     while True:
