@@ -291,9 +291,9 @@ def run_bar(page, tuning):
     press = "[...document.querySelectorAll('#control-list .run button')].find((button) => button.textContent === '{}').click()"
     page.evaluate(press.format("Step"))
     page.evaluate(press.format("Step"))
-    page.evaluate(press.format("Reset"))
     steps = []
     tuning.until("two steps", lambda: steps.append(tuning.run.take_steps()) or sum(steps) == 2)
+    page.evaluate(press.format("Reset"))  # ends steps that nobody has taken
     tuning.until("the reset", tuning.run.take_reset)
     page.evaluate(press.format("Run"))
     tuning.until("the run", lambda: tuning.run.running)
