@@ -11,9 +11,9 @@
 #include "base/nearest_names.h"
 #include "base/text.h"
 #include "base/words.h"
+#include "renderer/dataset/randomize/axes.h"
 #include "renderer/dataset/randomize/scene_additions.h"
 #include "renderer/passes/view/view.h"
-#include "renderer/scene/clusters/clusters.h"
 #include "renderer/scene/derived/variants.h"
 #include "renderer/scene/model/node_names.h"
 #include "renderer/scene/textures/environment.h"
@@ -65,30 +65,6 @@ Field settled_field(FieldType type) {
   field.most = type == FieldType::rotation ? 1 : 1e9;
   field.least = -field.most;
   return field;
-}
-
-// Rotation and scale of an affine matrix without shear.
-struct Axes {
-  glm::dquat rotation;
-  glm::dvec3 scale;
-};
-Axes axes_of(const glm::dmat4& matrix) {
-  glm::dmat3 axes(matrix);
-  Axes result{};
-  for (int i = 0; i < 3; ++i) {
-    result.scale[i] = glm::length(axes[i]);
-    axes[i] /= std::max(result.scale[i], 1e-300);
-  }
-  if (glm::determinant(axes) < 0) {
-    axes[0] = -axes[0];
-    result.scale.x = -result.scale.x;
-  }
-  result.rotation = glm::normalize(glm::quat_cast(axes));
-  return result;
-}
-
-bool collides(const scene::Primitive& primitive) {
-  return primitive.topology == scene::Topology::triangles && primitive.index_count > 0;
 }
 
 bool is_placed(const Entry& fields) {
@@ -307,7 +283,7 @@ Result<void> Randomizer::set_scene(const scene::Scene& scene, const settings::Dr
       }
     }
   }
-  hulls_.clear();
+  shapes_.emplace(scene);
   size_t parameters = 0;
   for (const auto* objects : {&cameras_, &nodes_, &materials_, &lights_, &distractors_}) {
     for (const Object& object : *objects) {
@@ -653,85 +629,12 @@ Result<bool> Randomizer::add_transforms(const state::PoseState& poses, state::No
   return false;
 }
 
-bool Randomizer::is_hidden(uint32_t node) const {
-  for (uint32_t at = node; at != scene::kNone; at = scene_->nodes[at].parent) {
-    if (hidden_.contains(at)) return true;
-  }
-  return false;
-}
-
-std::vector<uint32_t> Randomizer::owners_of_meshes() const {
-  std::set<uint32_t> settling;
-  for (const Object& object : settling_) settling.insert(object.index);
-  std::vector<uint32_t> owners(scene_->nodes.size(), scene::kNone);
-  for (uint32_t n = 0; n < owners.size(); ++n) {
-    const uint32_t parent = scene_->nodes[n].parent;
-    if (parent != scene::kNone) owners[n] = owners[parent];
-    if (owners[n] == scene::kNone && settling.contains(n)) owners[n] = n;
-  }
-  return owners;
-}
-
-FixedTriangles Randomizer::fixed_triangles(const state::PoseState& poses,
-                                           const std::vector<uint32_t>& owners) const {
-  FixedTriangles fixed;
-  for (uint32_t n = 0; n < scene_->nodes.size(); ++n) {
-    const scene::Node& node = scene_->nodes[n];
-    if (node.mesh == scene::kNone || owners[n] != scene::kNone || scene::is_deformed(node) || is_hidden(n))
-      continue;
-    const glm::mat4 world_from_node = poses.world_from_node(n);
-    const scene::Mesh& mesh = scene_->meshes[node.mesh];
-    for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-      const scene::Primitive& primitive = scene_->primitives[p];
-      if (!collides(primitive)) continue;
-      const auto first = static_cast<uint32_t>(fixed.positions_m.size());
-      for (uint32_t v = 0; v < primitive.vertex_count; ++v)
-        fixed.positions_m.emplace_back(world_from_node *
-                                       glm::vec4(scene_->positions[primitive.first_vertex + v], 1));
-      for (uint32_t i = 0; i < primitive.index_count; ++i)
-        fixed.indices.push_back(first + scene_->indices[primitive.first_index + i]);
-    }
-  }
-  return fixed;
-}
-
-FallingBody Randomizer::falling_body(const state::PoseState& poses, const std::vector<uint32_t>& owners,
-                                     uint32_t body) {
-  const glm::dmat4 world_from_body(poses.world_from_node(body));
-  FallingBody falling;
-  falling.rotation = axes_of(world_from_body).rotation;
-  falling.position_m = glm::dvec3(world_from_body[3]);
-  glm::dmat4 rigid = glm::mat4_cast(falling.rotation);
-  rigid[3] = world_from_body[3];
-  const glm::dmat4 rigid_from_world = glm::inverse(rigid);
-  for (uint32_t n = body; n < scene_->nodes.size(); ++n) {
-    const scene::Node& node = scene_->nodes[n];
-    if (owners[n] != body || node.mesh == scene::kNone || is_hidden(n)) continue;
-    const auto [cached, is_new] = hulls_.try_emplace(node.mesh);
-    if (is_new) {
-      std::vector<glm::vec3> points;
-      const scene::Mesh& mesh = scene_->meshes[node.mesh];
-      for (uint32_t p = mesh.first_primitive; p < mesh.first_primitive + mesh.primitive_count; ++p) {
-        const scene::Primitive& primitive = scene_->primitives[p];
-        if (!collides(primitive)) continue;
-        const auto first = scene_->positions.begin() + primitive.first_vertex;
-        points.insert(points.end(), first, first + primitive.vertex_count);
-      }
-      cached->second = hull_of(points);
-    }
-    if (cached->second.empty()) continue;
-    const glm::dmat4 body_from_node = rigid_from_world * glm::dmat4(poses.world_from_node(n));
-    Hull& hull = falling.hulls.emplace_back();
-    for (const glm::vec3& point : cached->second)
-      hull.emplace_back(body_from_node * glm::dvec4(glm::dvec3(point), 1));
-  }
-  return falling;
-}
-
 // Nodes without triangles stay, as do those that fall out of the scene.
 Result<bool> Randomizer::settle_nodes(const state::PoseState& poses, state::NodeTransforms& transforms) {
   if (settling_.empty()) return false;
-  const std::vector<uint32_t> owners = owners_of_meshes();
+  std::set<uint32_t> settling;
+  for (const Object& object : settling_) settling.insert(object.index);
+  shapes_->begin_frame(settling, hidden_);
   const auto parent_from_world = [&](uint32_t node) {
     const uint32_t parent = scene_->nodes[node].parent;
     return parent == scene::kNone ? glm::dmat4(1) : glm::inverse(glm::dmat4(poses.world_from_node(parent)));
@@ -747,7 +650,7 @@ Result<bool> Randomizer::settle_nodes(const state::PoseState& poses, state::Node
   std::vector<FallingBody> bodies;
   bool has_any = false;
   for (const Object& object : settling_) {
-    if (is_hidden(object.index) || owners[object.index] != object.index) continue;
+    if (!shapes_->falls(object.index)) continue;
     Draws draws(*this, object.title, object.fields, of_frame_);
     const DrawnValue* const position = draws.given(kSettledPosition);
     const DrawnValue* const rotation = draws.given(kSettledRotation);
@@ -759,7 +662,7 @@ Result<bool> Randomizer::settle_nodes(const state::PoseState& poses, state::Node
       has_any = true;
       continue;
     }
-    FallingBody body = falling_body(poses, owners, object.index);
+    FallingBody body = shapes_->falling_body(poses, object.index);
     if (body.hulls.empty()) {
       warn_once(object.title + "settle: the node has no triangles, and stays");
       continue;
@@ -768,7 +671,7 @@ Result<bool> Randomizer::settle_nodes(const state::PoseState& poses, state::Node
     bodies.push_back(std::move(body));
   }
   if (bodies.empty()) return has_any;
-  const auto resting = settle(fixed_triangles(poses, owners), bodies);
+  const auto resting = settle(shapes_->fixed_triangles(poses), bodies);
   if (!resting) return Error{plan_.file + ": " + resting.error().message};
   for (size_t i = 0; i < falling.size(); ++i) {
     const RestingBody& rest = (*resting)[i];

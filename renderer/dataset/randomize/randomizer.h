@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "renderer/dataset/randomize/plan.h"
-#include "renderer/dataset/randomize/settle.h"
+#include "renderer/dataset/randomize/settle_shapes.h"
 #include "renderer/offline/image_changes.h"
 
 namespace fire3dv::dataset {
@@ -60,11 +60,6 @@ class Randomizer final : public offline::ImageChanges {
   void place_node(const Object& object, Draws& draws, const glm::dmat4& before, state::UserEdits& edits);
   Result<bool> settle_nodes(const state::PoseState& poses, state::NodeTransforms& transforms);
   bool place_lights(const state::PoseState& poses, state::NodeTransforms& transforms);
-  FixedTriangles fixed_triangles(const state::PoseState& poses, const std::vector<uint32_t>& owners) const;
-  FallingBody falling_body(const state::PoseState& poses, const std::vector<uint32_t>& owners, uint32_t node);
-  // The settled node with each node's mesh: itself or one above it; kNone: none.
-  std::vector<uint32_t> owners_of_meshes() const;
-  bool is_hidden(uint32_t node) const;
   void change_material(const Object& object, state::UserEdits& edits);
   void change_light(const Object& object, state::UserEdits& edits);
   Result<void> change_settings(settings::DrawSettings& settings);
@@ -97,8 +92,8 @@ class Randomizer final : public offline::ImageChanges {
   // Of the frame: nodes to settle, and those that are not drawn.
   std::vector<Object> settling_;
   std::set<uint32_t> hidden_;
+  std::optional<SettleShapes> shapes_;                                    // of the scene
   enum class Step : uint8_t { settle, lights, done } step_ = Step::done;  // of add_transforms()
-  std::map<uint32_t, Hull> hulls_;                                        // by mesh, in its axes
 };
 
 }  // namespace fire3dv::dataset
