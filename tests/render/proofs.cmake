@@ -7,6 +7,6 @@ if(TARGET fire3dv_passes)
     fire3dv_test(render_${subject}_test SOURCES proofs/${subject}_test.cpp ${${subject}_more} LINK fire3dv_proof_bench LABELS render
                  TIMEOUT 1800)
   endforeach()
-  fire3dv_test(render_sensor_test SOURCES truth/sensor_test.cpp LINK fire3dv_proof_bench LABELS render TIMEOUT 1800)
+  fire3dv_test(render_sensor_test SOURCES truth/sensor_test.cpp truth/lamps_test.cpp LINK fire3dv_proof_bench LABELS render TIMEOUT 1800)
   fire3dv_test(render_transparency_test SOURCES truth/transparency_test.cpp LINK fire3dv_proof_bench LABELS render TIMEOUT 1800)
 endif()

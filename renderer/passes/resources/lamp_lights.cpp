@@ -34,6 +34,20 @@ glm::vec3 scope_center(const View& view, const scene::Scene& scene, const state:
   return glm::distance(own, view.eye_world) <= kMaxOffsetM ? own : view.eye_world;
 }
 
+namespace {
+
+struct ImageAxes {
+  glm::vec3 right_world, down_world;
+};
+ImageAxes image_axes(const View& view) {
+  // Rays of orthographic views are parallel; rows of their projection have no perspective.
+  const glm::mat4 rows = glm::transpose(view.clip_from_world);
+  if (view.orthographic) return {glm::normalize(glm::vec3(rows[0])), glm::normalize(glm::vec3(rows[1]))};
+  return {glm::normalize(view.world_from_ndc_x), glm::normalize(view.world_from_ndc_y)};
+}
+
+}  // namespace
+
 void place_lamps(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& scene,
                  const settings::LampSettings& lamps, std::span<const View> views,
                  std::span<const glm::vec3> centers) {
@@ -44,8 +58,7 @@ void place_lamps(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& s
   const VkDeviceSize bytes = scene.lamp_count * sizeof(gpu_types::LightPose);
   for (size_t v = 0; v < views.size(); ++v) {
     const View& view = views[v];
-    const glm::vec3 right = glm::normalize(view.world_from_ndc_x),
-                    down = glm::normalize(view.world_from_ndc_y);
+    const ImageAxes axes = image_axes(view);
     copies.push_back({v * bytes,
                       scene.light_poses_offset() + view.world * scene.light_bytes +
                           first_lamp * sizeof(gpu_types::LightPose),
@@ -58,7 +71,8 @@ void place_lamps(gpu::Recorder& recorder, gpu::StagingRing& staging, GpuScene& s
       pose.type = lamps.spread > 0 ? FIRE3DV_LIGHT_LAMP : FIRE3DV_LIGHT_POINT;
       pose.cone_scale = lamps.spread;
       pose.position_world =
-          centers[v] + lamps.offset_mm / 1000 * (std::cos(angle) * right - std::sin(angle) * down);
+          centers[v] +
+          lamps.offset_mm / 1000 * (std::cos(angle) * axes.right_world - std::sin(angle) * axes.down_world);
       pose.light_direction_world = view.look_world;
       poses.push_back(pose);
     }
