@@ -135,9 +135,9 @@ Result<void> RendererSettings::can_take(const ImageOutputs& outputs, uint32_t vi
     if (alone || outputs.has(wire::kColorLinearF16))
       return Error{
           "several cameras at once need the visibility path, a scene without blended surfaces, lines and "
-          "points, no bloom, no metered exposure, no optics or lamps of the camera, no ray effects, no lens "
-          "and "
-          "no linear colours: take one after the other"};
+          "points, and no bloom, metered exposure, lens, optics or lamps of the camera, ray effects or "
+          "linear "
+          "colours: take one after the other"};
     if (outputs.has(wire::kAmodal)) return Error{"silhouettes are drawn for one camera at a time"};
   }
   if (!outputs.has_planes()) return {};
