@@ -7,7 +7,7 @@ import subprocess
 import time
 
 from harness import vulkan_environment, wait_until
-from image_reader import Picture, check
+from image_reader import Picture, check, ranges_about
 from x11 import X11
 
 PRESS_PAUSE_S = 1  # longer than an image of a slow CPU device
@@ -146,3 +146,19 @@ def on_a_screen(body, **options):
 
 def all_squares(picture):
     return all(picture.place_of_square(name) is not None for name in ("red", "green", "blue"))
+
+
+ACCENT = (0x4a, 0xa3, 0xdf)  # of the theme, in which grabs of sliders are drawn
+
+
+def grabs(picture):
+    """Centres of the slider grabs in the left column, from the top."""
+    found = []
+    for y, row in enumerate(picture.matches(ranges_about(ACCENT, 12), 100, 250)):
+        if row.count(1) < 4:
+            continue
+        if found and y - found[-1][1] < 8:
+            found[-1][1] = y
+        else:
+            found.append([100 + (row.find(1) + row.rfind(1)) // 2, y])
+    return [(x, y - 5) for x, y in found]

@@ -4,10 +4,10 @@ slider of the panel Controls sets its value."""
 import fire3dv
 from harness import main, wait_until
 from image_reader import HALF_SQUARE, check, ranges_about, ranges_of, write_scene
-from screen import on_a_screen
+from screen import grabs, on_a_screen
 
 WINDOW, COLUMNS = (1280, 720), (270, 680)  # the image between the panels
-ACCENT, SPRING = (0x4a, 0xa3, 0xdf), (0x40, 0xff, 0x80)
+SPRING = (0x40, 0xff, 0x80)
 PULL_PX = (90, -60)
 
 
@@ -94,19 +94,6 @@ def drag(test, screen):
         grab(screen, window, simulation, x + PULL_PX[0], y + PULL_PX[1])
         renderer.kill()
         simulation.until("the release", lambda: not simulation.drag.pulls)
-
-
-def grabs(picture):
-    """Centres of the slider grabs in the left column, from the top."""
-    found = []
-    for y, row in enumerate(picture.matches(ranges_about(ACCENT, 12), 100, 250)):
-        if row.count(1) < 4:
-            continue
-        if found and y - found[-1][1] < 8:
-            found[-1][1] = y
-        else:
-            found.append([100 + (row.find(1) + row.rfind(1)) // 2, y])
-    return [(x, y - 5) for x, y in found]
 
 
 def slide(screen, window, simulation):

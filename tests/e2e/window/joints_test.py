@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """End-to-end test of the joint sliders: a slider of the window, dragged by the mouse, moves the robot's body."""
 from harness import main, wait_until
-from image_reader import ranges_about
-from screen import on_a_screen
+from screen import grabs, on_a_screen
 
 WINDOW = (1280, 720)
 URDF = """<robot name="lift"><link name="base"><visual><geometry><box size="1 1 0.1"/></geometry></visual>
@@ -14,26 +13,10 @@ URDF = """<robot name="lift"><link name="base"><visual><geometry><box size="1 1 
 """
 
 
-ACCENT = (0x4a, 0xa3, 0xdf)  # of the theme, in which grabs of sliders are drawn
-
-
 def top_of_the_car(picture):
     middle = picture.width // 2
     box = picture.box_of([(91, 255), (0, 59), (0, 59)], middle, middle + 1)
     return box[1] if box else None
-
-
-def grabs(picture):
-    """Centres of the slider grabs in the left column, from the top."""
-    found = []
-    for y, row in enumerate(picture.matches(ranges_about(ACCENT, 12), 100, 250)):
-        if row.count(1) < 4:
-            continue
-        if found and y - found[-1][1] < 8:
-            found[-1][1] = y
-        else:
-            found.append([100 + (row.find(1) + row.rfind(1)) // 2, y])
-    return [(x, y - 5) for x, y in found]
 
 
 def drag(test, screen):
