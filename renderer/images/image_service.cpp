@@ -72,6 +72,7 @@ ImageService::Drawn ImageService::draw_due(gpu::FrameRing& frames) {
     closed_seen_ = closed;
     drop_closed_requests();
     end_withdrawn(frames);
+    if (const auto* drawn = batches_.drawn(); drawn && !requests_.is_open(*drawn)) batches_.cancel();
   }
   if (const auto owner = batches_.owner(); owner && !requests_.has(*owner)) batches_.release();
   // Poses are constant during this call: all turns render the same poses.
@@ -121,36 +122,66 @@ ImageService::Drawn ImageService::go_on_tracing(gpu::FrameRing& frames) {
   return {.any = true, .has_more = true};
 }
 
-// Draws batches, each of which is a turn's image, however large. Returns false if the time slice ended
-// before.
-bool ImageService::draw_batches(gpu::FrameRing& frames, std::vector<state::ImageRequestRegistry::Due>&& due,
-                                int64_t end_ns) {
-  for (size_t i = 0; i < due.size(); ++i) {
-    if (i > 0 && (monotonic_ns() >= end_ns || rules_.is_stop_requested())) return false;
-    const state::ImageRequestRegistry::Due& one = due[i];
-    const std::optional<wire::StreamDescription> stream = requests_.description(one.requester);
-    if (!stream) continue;
+// Returns false if the time slice ended before.
+bool ImageService::draw_batches(gpu::FrameRing& frames,
+                                const std::vector<state::ImageRequestRegistry::Due>& due, int64_t end_ns) {
+  // One batch at a time, also if it is of another requester: that one pays.
+  bool is_first = batches_.drawn() == nullptr;
+  if (!go_on_with_batch(frames, end_ns)) return false;
+  for (const state::ImageRequestRegistry::Due& one : due) {
+    if (!requests_.is_open(one)) continue;  // it was the one that went on
+    if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested())) return false;
+    is_first = false;
+    begin_batch(one);
+    if (!go_on_with_batch(frames, end_ns)) return false;
+  }
+  return true;
+}
+
+void ImageService::begin_batch(const state::ImageRequestRegistry::Due& due) {
+  const std::optional<wire::StreamDescription> stream = requests_.description(due.requester);
+  if (!stream) return;
+  const int64_t begun_ns = monotonic_ns();
+  const std::optional<CameraRefused> refused =
+      batches_.begin(due, {.stream = *stream,
+                           .scene = scene_,
+                           .displayed = renderer_,
+                           .settings = renderer_.settings().draw(),
+                           .budget = requests_.budget(due),
+                           .hidden_streams = static_cast<uint32_t>(poses_.hidden_streams().size())});
+  if (refused) {
+    scheduler_.spent(due.requester, begun_ns, monotonic_ns());
+    requests_.refuse(due, refused->reason, refused->why);
+  } else if (!batches_.drawn()) {
+    requests_.mark_rendered(due);  // it has no active world
+  }
+}
+
+// Submits the rest of a batch, as far as the time slice goes: images of others come between two submissions.
+// Returns false if there is more.
+bool ImageService::go_on_with_batch(gpu::FrameRing& frames, int64_t end_ns) {
+  for (bool is_first = true; batches_.drawn(); is_first = false) {
+    if (!is_first && (monotonic_ns() >= end_ns || rules_.is_stop_requested() || !has_room(end_ns)))
+      return false;
+    const state::ImageRequestRegistry::Due due = *batches_.drawn();
+    const bool is_open = requests_.is_open(due);
+    if (!is_open || !batches_.shows(scene_)) {
+      batches_.cancel();
+      if (is_open) begin_batch(due);
+      continue;
+    }
     deliver();
     const int64_t begun_ns = monotonic_ns();
-    const uint64_t before = device_.last_submitted();
-    const std::optional<CameraRefused> refused =
-        batches_.draw(frames, one,
-                      {.stream = *stream,
-                       .scene = scene_,
-                       .displayed = renderer_,
-                       .settings = renderer_.settings().draw(),
-                       .budget = requests_.budget(one),
-                       .hidden_streams = static_cast<uint32_t>(poses_.hidden_streams().size())});
-    if (device_.last_submitted() != before) {
-      scheduler_.submitted(one.requester, requests_.cost(one.request), one.request.views(), monotonic_ns());
+    const WorldBatches::Submitted done = batches_.go_on(frames);
+    if (done.views > 0) {
+      const uint64_t cost = requests_.cost(due.request) * done.views / due.request.views();
+      scheduler_.submitted(due.requester, cost, done.views, monotonic_ns());
       submissions_.emplace_back(submitted(), begun_ns, takes_new_pipelines());
-    } else {
-      scheduler_.spent(one.requester, begun_ns, monotonic_ns());
     }
-    if (refused)
-      requests_.refuse(one, refused->reason, refused->why);
-    else
-      requests_.mark_rendered(one);
+    if (done.refused)
+      requests_.refuse(due, done.refused->reason, done.refused->why);
+    else if (!batches_.drawn())
+      requests_.mark_rendered(due);
   }
   return true;
 }
@@ -217,8 +248,7 @@ bool ImageService::draw_turn(gpu::FrameRing& frames, state::RequesterId requeste
     for (const ImageBatchRenderer::WorkItem& one : processed) requests_.mark_rendered(one.due);
     batch_renderer.begin({});
   }
-  if (is_whole && !first_.is_tracing() && !batches.empty())
-    is_whole = draw_batches(frames, std::move(batches), end_ns);
+  if (is_whole && !first_.is_tracing() && !batches.empty()) is_whole = draw_batches(frames, batches, end_ns);
   return is_whole;
 }
 

@@ -92,8 +92,10 @@ class ImageService {
   Drawn go_on_tracing(gpu::FrameRing& frames);
   bool do_others_wait(const state::ImageRequestRegistry::Due& traced, int64_t now_ns);
   void report_samples();
-  bool draw_batches(gpu::FrameRing& frames, std::vector<state::ImageRequestRegistry::Due>&& due,
+  bool draw_batches(gpu::FrameRing& frames, const std::vector<state::ImageRequestRegistry::Due>& due,
                     int64_t end_ns);
+  void begin_batch(const state::ImageRequestRegistry::Due& due);
+  bool go_on_with_batch(gpu::FrameRing& frames, int64_t end_ns);
   bool draw_turn(gpu::FrameRing& frames, state::RequesterId requester, ImageBatchRenderer::Moment& moment,
                  int64_t end_ns);
   void limit(gpu::FrameRing& frames, bool has_view);

@@ -97,6 +97,7 @@ WorldBatches::~WorldBatches() {
 }
 
 void WorldBatches::release() {
+  cancel();
   owner_.reset();
   free_buffers_.clear();
   if (!renderer_) return;
@@ -264,16 +265,8 @@ void WorldBatches::set_poses(const wire::ImageBatch& batch) {
   }
 }
 
-std::optional<CameraRefused> WorldBatches::draw(gpu::FrameRing& frames, const Due& due,
-                                                const Source& source) {
-  const wire::ImageBatch& batch = *due.request.batch;
-  const passes::ImageOutputs outputs(due.request.outputs);
-  // The displayed scene by the same settings, but for what batch_settings() leaves out.
-  if (const Result<void> can = source.displayed.can_take(outputs, 2); !can)
-    return CameraRefused{Refusal::not_supported, "batches: " + can.error().message};
-  if (auto refused = take_worlds(due, source)) return refused;
-  set_poses(batch);
-
+// The answer, without pixels.
+WorldBatches::Pending WorldBatches::make_answer(const Due& due, uint32_t hidden_streams) const {
   Pending pending;
   pending.requester = due.requester;
   pending.batch = due.request.batch;
@@ -283,9 +276,10 @@ std::optional<CameraRefused> WorldBatches::draw(gpu::FrameRing& frames, const Du
   frame.epoch = due.request.epoch;
   frame.sequence = due.sequence;
   frame.sim_time_ns = due.sim_time_ns;
-  frame.hidden_streams = source.hidden_streams;
-  frame.views = batch.views();
+  frame.hidden_streams = hidden_streams;
+  frame.views = pending.batch->views();
   const wire::Intrinsics& size = due.request.intrinsics;
+  const passes::ImageOutputs outputs(due.request.outputs);
   for (const wire::ImageOutputInfo& info : wire::kImageOutputTable) {
     if (!outputs.has(info.output)) continue;
     wire::ImagePlane& plane = frame.planes.emplace_back();
@@ -298,9 +292,22 @@ std::optional<CameraRefused> WorldBatches::draw(gpu::FrameRing& frames, const Du
     plane.bytes = uint64_t{plane.row_stride} * plane.height;
     frame.pixel_bytes += (plane.bytes + 63) / 64 * 64;
   }
+  return pending;
+}
 
-  std::vector<passes::View> views;
-  std::vector<uint32_t> number_of_view;
+std::optional<CameraRefused> WorldBatches::begin(const Due& due, const Source& source) {
+  FIRE3DV_ASSERT(!drawing_);
+  const wire::ImageBatch& batch = *due.request.batch;
+  // The displayed scene by the same settings, but for what batch_settings() leaves out.
+  if (const Result<void> can = source.displayed.can_take(passes::ImageOutputs(due.request.outputs), 2); !can)
+    return CameraRefused{Refusal::not_supported, "batches: " + can.error().message};
+  if (auto refused = take_worlds(due, source)) return refused;
+  set_poses(batch);
+
+  Drawing drawing;
+  drawing.due = due;
+  drawing.pending = make_answer(due, source.hidden_streams);
+  wire::ImageFrame& frame = drawing.pending.frame;
   wire::ImageRequest single = due.request;  // of one view
   single.batch = {};
   bool has_camera = false;
@@ -329,25 +336,24 @@ std::optional<CameraRefused> WorldBatches::draw(gpu::FrameRing& frames, const Du
       has_camera = true;
     }
     if (!batch.is_active(world)) continue;
-    passes::View& view = views.emplace_back(pinhole_view(camera));
+    passes::View& view = drawing.views.emplace_back(pinhole_view(camera));
     view.world = world;
     view.camera = single.node;
     view.exposure = camera.exposure;
     view.lens.of_stream = true;  // a pinhole, whatever the settings say
-    number_of_view.push_back(v);
+    drawing.numbers.push_back(v);
   }
-  if (auto refused = draw_views(frames, due.request, views, number_of_view, pending)) return refused;
-  pending_.push_back(std::move(pending));
+  if (drawing.views.empty()) {
+    pending_.push_back(std::move(drawing.pending));
+    return {};
+  }
+  drawing.at_once = views_of_submission(due.request.intrinsics, drawing.views.size());
+  drawing_ = std::move(drawing);
   return {};
 }
 
-std::optional<CameraRefused> WorldBatches::draw_views(gpu::FrameRing& frames,
-                                                      const wire::ImageRequest& request,
-                                                      std::span<const passes::View> views,
-                                                      std::span<const uint32_t> number_of_view,
-                                                      Pending& pending) {
-  if (views.empty()) return {};
-  const wire::Intrinsics& size = request.intrinsics;
+// Submissions of one size, which keep their targets: the last one draws some views again.
+size_t WorldBatches::views_of_submission(const wire::Intrinsics& size, size_t views) const {
   const uint64_t pixel_bytes =
       uint64_t{8} * static_cast<uint32_t>(renderer_->settings().samples()) * size.width * size.height;
   const uint64_t list_bytes = sizeof(uint32_t) * uint64_t{renderer_->gpu_scene().cluster_instance_count};
@@ -355,15 +361,42 @@ std::optional<CameraRefused> WorldBatches::draw_views(gpu::FrameRing& frames,
       std::max<uint64_t>(1, std::min<uint64_t>({kMaxSubmittedViewBytes / std::max(pixel_bytes, list_bytes),
                                                 device_.limits().maxImageDimension2D / size.height,
                                                 device_.limits().maxImageArrayLayers}));
-  // Submissions of one size, which keep their targets: the last one draws some views again.
-  const uint64_t submissions = (views.size() + most - 1) / most;
-  const size_t count = (views.size() + submissions - 1) / submissions;
-  const auto no_memory = [&](const std::string& why) {
-    device_.wait(device_.last_submitted());  // which may write to the buffer
-    return CameraRefused{Refusal::too_large, "the device has no memory for " + std::to_string(views.size()) +
-                                                 " views: " + why + "; request fewer or smaller ones"};
-  };
+  const uint64_t submissions = (views + most - 1) / most;
+  return (views + submissions - 1) / submissions;
+}
+
+WorldBatches::Submitted WorldBatches::go_on(gpu::FrameRing& frames) {
+  Drawing& drawing = *drawing_;
+  Result<void> submitted;
+  bool is_lost = false;  // recorded uploads were
   try {
+    submitted = submit(frames);
+  } catch (const gpu::VulkanFailure& failure) {
+    if (!gpu::is_out_of_memory(failure)) throw;
+    submitted = Error{"out of memory"};
+    is_lost = true;
+  }
+  if (!submitted) {
+    const std::string why = "the device has no memory for " + std::to_string(drawing.views.size()) +
+                            " views: " + submitted.error().message + "; request fewer or smaller ones";
+    cancel();
+    if (is_lost) release();
+    return {0, CameraRefused{Refusal::too_large, why}};
+  }
+  drawing.next += drawing.at_once;
+  const auto views = static_cast<uint32_t>(drawing.at_once);
+  if (drawing.next >= drawing.views.size()) {
+    pending_.push_back(std::move(drawing.pending));
+    drawing_.reset();
+  }
+  return {views, {}};
+}
+
+Result<void> WorldBatches::submit(gpu::FrameRing& frames) {
+  Drawing& drawing = *drawing_;
+  Pending& pending = drawing.pending;
+  const wire::ImageRequest& request = drawing.due.request;
+  if (!pending.pixels) {
     const auto same = std::ranges::find(free_buffers_, pending.frame.pixel_bytes, &gpu::Buffer::size_bytes);
     if (same != free_buffers_.end()) {
       pending.pixels = std::move(*same);
@@ -372,27 +405,28 @@ std::optional<CameraRefused> WorldBatches::draw_views(gpu::FrameRing& frames,
     } else {
       pending.pixels = gpu::create_buffer(device_, pending.frame.pixel_bytes, 0, gpu::Memory::readback);
     }
-    for (size_t first = 0; first < views.size(); first += count) {
-      const size_t from = std::min(first, views.size() - count);
-      const Result<passes::PreparedFrame> prepared =
-          renderer_->prepare({.extent = {size.width, size.height},
-                              .views = static_cast<uint32_t>(count),
-                              .outputs = passes::ImageOutputs(request.outputs),
-                              .scene = first == 0 ? passes::SceneUpdate::update : passes::SceneUpdate::reuse,
-                              .has_history = false});
-      if (!prepared) return no_memory(prepared.error().message);
-      frames.limits().set(std::nullopt, gpu::SubmissionLimits::Cause::content);
-      gpu::Recorder& recorder = frames.begin();
-      renderer_->record(*prepared, recorder, frames.staging(), world_pointers_, views.subspan(from, count));
-      read_back(recorder, request, number_of_view.subspan(from, count), pending);
-      pending.done_at = frames.submit();
-    }
-  } catch (const gpu::VulkanFailure& failure) {
-    if (!gpu::is_out_of_memory(failure)) throw;
-    release();  // what the lost commands should have uploaded
-    return no_memory("out of memory");
   }
+  const size_t from = std::min(drawing.next, drawing.views.size() - drawing.at_once);
+  const Result<passes::PreparedFrame> prepared = renderer_->prepare(
+      {.extent = {request.intrinsics.width, request.intrinsics.height},
+       .views = static_cast<uint32_t>(drawing.at_once),
+       .outputs = passes::ImageOutputs(request.outputs),
+       .scene = drawing.next == 0 ? passes::SceneUpdate::update : passes::SceneUpdate::reuse,
+       .has_history = false});
+  if (!prepared) return prepared.error();
+  frames.limits().set(std::nullopt, gpu::SubmissionLimits::Cause::content);
+  gpu::Recorder& recorder = frames.begin();
+  renderer_->record(*prepared, recorder, frames.staging(), world_pointers_,
+                    std::span(drawing.views).subspan(from, drawing.at_once));
+  read_back(recorder, request, std::span(drawing.numbers).subspan(from, drawing.at_once), pending);
+  pending.done_at = frames.submit();
   return {};
+}
+
+void WorldBatches::cancel() {
+  if (!drawing_) return;
+  device_.wait(drawing_->pending.done_at);  // which may write to the buffer
+  drawing_.reset();
 }
 
 // Copies the images to their places in the answer. numbers: of the recorded views, rising.

@@ -44,9 +44,22 @@ class WorldBatches {
     std::shared_ptr<PeerBudget> budget;      // charged for the worlds until release(); null: no limits
     uint32_t hidden_streams = 0;
   };
-  // Draws the views of active worlds, in submissions of as many views as fit. Returns a refusal if there will
-  // be no image.
-  std::optional<CameraRefused> draw(gpu::FrameRing& frames, const Due& due, const Source& source);
+  // Begins a batch: worlds, poses and views. Precondition: none is being drawn. Returns a refusal if there
+  // will be no image. A batch without active worlds is finished at once.
+  std::optional<CameraRefused> begin(const Due& due, const Source& source);
+  // The batch that was begun, until its last submission; nullptr: none.
+  const Due* drawn() const { return drawing_ ? &drawing_->due : nullptr; }
+  // False if the scene was replaced since the batch was begun: cancel it, and begin again.
+  bool shows(const LiveScene& scene) const { return shown_scene_ == scene.replaced(); }
+  // Submits the next views of it, as many as fit, so that others have their turns between. Returns a refusal
+  // if there will be no image. Precondition: drawn(), and shows() the scene.
+  struct Submitted {
+    uint32_t views = 0;
+    std::optional<CameraRefused> refused;
+  };
+  Submitted go_on(gpu::FrameRing& frames);
+  // Ends it without an image, after a wait for what is submitted.
+  void cancel();
 
   // Delivers finished batches in order.
   using Fill = std::function<void(std::span<std::byte> pixels)>;
@@ -76,6 +89,14 @@ class WorldBatches {
     gpu::Buffer pixels;
     uint64_t done_at = 0;  // timeline value
   };
+  struct Drawing {
+    Due due;
+    Pending pending;
+    std::vector<passes::View> views;  // of active worlds
+    std::vector<uint32_t> numbers;    // of these views in the request, rising
+    size_t at_once = 0;               // views of a submission
+    size_t next = 0;                  // view of the next one
+  };
   std::optional<CameraRefused> take_worlds(const Due& due, const Source& source);
   std::optional<CameraRefused> charge(const Due& due, const Source& source);
   std::optional<CameraRefused> show(const Source& source, uint32_t worlds);
@@ -83,9 +104,9 @@ class WorldBatches {
   void drop_worlds();
   void unbind();
   void set_poses(const wire::ImageBatch& batch);
-  std::optional<CameraRefused> draw_views(gpu::FrameRing& frames, const wire::ImageRequest& request,
-                                          std::span<const passes::View> views,
-                                          std::span<const uint32_t> number_of_view, Pending& pending);
+  Pending make_answer(const Due& due, uint32_t hidden_streams) const;
+  size_t views_of_submission(const wire::Intrinsics& size, size_t views) const;
+  Result<void> submit(gpu::FrameRing& frames);
   void read_back(gpu::Recorder& recorder, const wire::ImageRequest& request,
                  std::span<const uint32_t> numbers, Pending& pending);
 
@@ -98,7 +119,8 @@ class WorldBatches {
   std::vector<const state::PoseState*> world_pointers_;
   std::vector<state::StreamId> streams_;  // of the first worlds: those that are bound
   uint64_t sequence_ = 0;                 // of the last frame of the worlds
-  std::deque<Pending> pending_;
+  std::optional<Drawing> drawing_;
+  std::deque<Pending> pending_;  // submitted as a whole
   std::vector<gpu::Buffer> free_buffers_;
 };
 

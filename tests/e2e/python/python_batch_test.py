@@ -235,6 +235,37 @@ def shapes(test):
     raised(state, "closed", lambda: batch.render(poses))
 
 
+def turns(test):
+    """Other images come between the submissions of a batch, and a batch that is taken back ends."""
+    poses = random_poses(1)
+    views = [0] * 384  # at most 32 of them are 16,384 rows, the limit of a submission
+    with renderer_of(test, *PLAIN_IMAGES) as renderer, renderer.stream("turns") as stream:
+        stream.describe(NODES)
+        stream.publish(0, _of_quaternions(poses[0], "poses", True))
+        batch = stream.batch(1, (32, 512), NODES, views=views, outputs=["color"], **SMALL)
+        small = stream.batch(1, (8, 8), NODES, outputs=["color"], **SMALL)
+        small.render(poses, timeout_s=HANG_S)
+
+        def single():
+            stream.request_image(8, 8, fx=8, parent_from_camera=CAMERA).wait(HANG_S).close()
+        single()
+        request, singles = batch.request(poses), 0
+        while True:
+            single()
+            singles += 1
+            try:
+                images = request.wait(0)
+                break
+            except fire3dv.Timeout:
+                pass
+        check(singles > 1, "the image of a stream waited for a whole batch")
+        check(len({images["color"][v].tobytes() for v in range(384)}) == 1 and images["color"].any(), "views of one world differ")
+        request = batch.request(poses)
+        single()
+        request.close()
+        check(small.render(poses, timeout_s=HANG_S)["color"].any(), "nothing is drawn after a batch that was taken back")
+
+
 def example(test):
     """The program of examples/batch_worlds with a robot of two links."""
     robot, picture = test.path("robot.urdf"), test.path("worlds.png")
@@ -261,4 +292,4 @@ def scene_of(case):
 
 
 if __name__ == "__main__":
-    main({case.__name__: scene_of(case) for case in (worlds, single, limits, shapes, example)}, ["fire3dv"])
+    main({case.__name__: scene_of(case) for case in (worlds, single, limits, shapes, turns, example)}, ["fire3dv"])

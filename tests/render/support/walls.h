@@ -37,7 +37,7 @@ inline glm::dvec3 point_at(glm::uvec2 pixel, VkExtent2D extent, double distance_
 }
 
 inline sinks::FrameImage drawn(const scene::Scene& scene, const settings::DrawSettings& settings,
-                        VkExtent2D extent) {
+                               VkExtent2D extent) {
   return RenderBench(scene, extent, settings).draw_at_rest();
 }
 
