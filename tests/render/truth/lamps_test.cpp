@@ -152,9 +152,8 @@ TEST_F(Lamps, OrthographicCamerasHaveThemToo) {
   const std::vector<glm::dvec3> light = linear_image(scene, kSize, settings);
   for (uint32_t y = 0; y < kSize.height; y += 3) {
     for (uint32_t x = 0; x < kSize.width; x += 5) {
-      const glm::dvec3 point{(x + 0.5 - 24) / 16 * kHalfHeightM, (16 - y - 0.5) / 16 * kHalfHeightM,
-                             -kDistanceM};
-      const double wanted = lit({{0.008, 0, 0}}, point, 2, kAlbedo);
+      const glm::dvec3 point{(x - 23.5) / 16 * kHalfHeightM, (15.5 - y) / 16 * kHalfHeightM, -kDistanceM};
+      const double wanted = lit({glm::dvec3(0.008, 0, 0)}, point, 2, kAlbedo);
       EXPECT_NEAR(light[y * kSize.width + x].g, wanted, 0.01 * wanted) << x << ", " << y;
     }
   }
